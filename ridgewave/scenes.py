@@ -10,7 +10,7 @@ import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from service.store.own_textures import own_store, with_imported
+from service.store.own_textures import own_store, texture_named, with_imported
 from service.store.store import StoredTexture
 from synth.scene.catalogue import CatalogueEntry, catalogue
 from synth.scene.merge import merge_patch
@@ -25,22 +25,26 @@ if TYPE_CHECKING:
 def changed(scene: SceneLike, fields: Mapping[str, Any]) -> Scene:
     """Return `scene` with the sections of the partial scene `fields` merged into it.
 
-    scene: a Scene, a mapping as in docs/scene.md, the path of a JSON file, or a name of the catalogue.
+    scene: a Scene, a mapping as in docs/scene.md, the path of a JSON file, or a texture's name.
     Raises SceneError, which lists every fault; OSError if a file cannot be read.
     """
     if isinstance(scene, Scene):
         return parse_scene(merge_patch(scene_document(scene), with_imported(fields))) if fields else scene
-    document = document_of(scene) if isinstance(scene, str | os.PathLike) else scene
+    document = _document_of(scene) if isinstance(scene, str | os.PathLike) else scene
     return parse_scene(with_imported(merge_patch(document, fields) if fields else document))
+
+
+def _document_of(source: str | os.PathLike[str]) -> Mapping[str, Any]:
+    return document_of(source, lambda name: texture_named(name).document)
 
 
 def render(scene: SceneLike, **fields: Any) -> Sound:
     """Render the whole duration of a scene.
 
-    scene: a Scene, a mapping as in docs/scene.md, the path of a JSON file, or a name of the catalogue.
+    scene: a Scene, a mapping as in docs/scene.md, the path of a JSON file, or a texture's name.
     fields: sections of a partial scene, such as scan={"load": "0.5 N"}.
     Returns a Sound: float32 frames, their full scale, and `values` in SI units.
-    Raises SceneError for an invalid scene, CannotRender if it cannot be rendered.
+    Raises SceneError for an invalid scene, and for one whose contact cannot be solved.
     Source: Fagiani & Barbieri (2016), eqs 1-5.
 
     Example: rw.render("grating-1mm-31um", output={"duration": "1 s"}).save("coarse.wav")

@@ -21,6 +21,7 @@ from service import problems
 from service.engine import Engine, SynthEngine
 from service.http import openapi
 from service.http.content_negotiation import Compression
+from service.http.query_faults import query_faults
 from service.http.rate_limits import Limits, RateLimit
 from service.http.routes import (
     accuracy,
@@ -42,11 +43,10 @@ from service.operations.logs import Subjects
 from service.operations.settings import Settings
 from service.problems import Problem
 from service.store.data_folder import data_folder
-from synth.errors import Fault, RidgewaveError, shown
+from synth.errors import RidgewaveError
 
 DESCRIPTION = "What a finger feels when it scans a texture: a scene in, the vibration out, as a file or a live stream."
 EXPOSED = ["Ridgewave-Format", "Ridgewave-Full-Scale", "Ridgewave-Quantities", "Ridgewave-Warning", "Server-Timing"]
-LONGEST_NAME = 100  # characters of an unknown parameter's name in an answer
 ROUTES = (render, scene, accuracy, textures, imported_textures, tables, sessions, stream, play, live, operations, page)
 KINDS = {400: "bad-request", 404: "not-found", 405: "method-not-allowed", 413: "too-large"}
 
@@ -105,7 +105,7 @@ def _problem_of(request: Request, error: Exception) -> Problem:
         case RidgewaveError():
             return problems.of(error)
         case RequestValidationError():  # of query parameters: the framework checks nothing else
-            faults = tuple(_parameter_fault(entry) for entry in error.errors())
+            faults = query_faults(request, error.errors())
             return Problem("request-refused", problems.summary(faults), faults)
     assert isinstance(error, HTTPException)  # an unknown path, or a method that the path does not have
     kind = KINDS.get(error.status_code, "bad-request")
@@ -118,13 +118,3 @@ def _methods(request: Request) -> str:
     routes = [*request.app.routes, *(route for module in ROUTES for route in module.router.routes)]
     matching = [route for route in routes if route.matches(request.scope)[0] is not Match.NONE]
     return ", ".join(sorted({method for route in matching for method in getattr(route, "methods", None) or ()}))
-
-
-def _parameter_fault(entry: dict[str, object]) -> Fault:
-    place = entry["loc"]
-    assert isinstance(place, tuple)
-    name = str(place[-1])
-    name = name if len(name) <= LONGEST_NAME else name[: LONGEST_NAME - 3] + "..."
-    if entry["type"] == "extra_forbidden":
-        return Fault(f"?{name}", "an unknown parameter", "the parameters of this call", "See /docs.")
-    return Fault(f"?{name}", shown(entry.get("input")), str(entry["msg"]), "See /docs.")

@@ -240,6 +240,7 @@ def signals_first(act: Callable[[], None]) -> Iterator[None]:
     earlier = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGINT)}
 
     def handle(number: int, frame: FrameType | None) -> None:
+        """Call `act`, then the handler that the signal had before."""
         act()
         then: Any = earlier[signal.Signals(number)]
         if callable(then):

@@ -84,7 +84,12 @@ _ROWS = (
     ),
     ("not-json", 415, "Not JSON", "Bodies are application/json; a form is read for an import only."),
     ("not-multipart", 415, "Not a form", "An import is a multipart/form-data body with the file."),
-    ("scene-refused", 422, "The scene is refused", "The body is not a scene; `errors` lists every fault."),
+    (
+        "scene-refused",
+        422,
+        "The scene is refused",
+        "The scene has a fault, or no contact of it can be solved; see `errors`.",
+    ),
     (
         "request-refused",
         422,

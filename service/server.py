@@ -125,6 +125,7 @@ def _serve(settings: Settings, listener: socket.socket, engine: Engine | None, w
     from service.app import create_app
 
     def app() -> FastAPI:
+        """Return the application, of a process that serves alone."""
         made = create_app(settings, engine)
         made.state.service.serves_only = True
         return made

@@ -37,6 +37,7 @@ def opened_folder(path: Path, names: Sequence[str]) -> Iterator[Callable[[Mappin
             undo.callback(parts[name].discard)
 
         def write(files: Mapping[str, bytes]) -> None:
+            """Write every file, then make all of them appear."""
             for name, part in parts.items():
                 with _reported(part):
                     part.stream.write(files[name])

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from typing import Any
 
 WIDTH = 100  # characters per line of a description
-SCENE_HELP = "a JSON file, - for standard input, or a name from the catalogue (see `ridgewave textures`)"
+SCENE_HELP = "a JSON file, - for standard input, or a texture's name (see `ridgewave textures`)"
 EXIT_CODES = "Exit codes: 0 done, 1 cannot be done, 2 invalid request, 130 interrupted."
 EXAMPLES = {
     "": (
@@ -157,7 +157,7 @@ def _add_scene(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--everyday",
         action="store_true",
-        help="of a name from the catalogue: its everyday scan by a fingertip, in place of the texture alone",
+        help="of a texture's name: its everyday scan by a fingertip, in place of the texture alone",
     )
     parser.add_argument("--duration", metavar="TIME", help="seconds, or with a unit, as in 2min; sets output.duration")
 

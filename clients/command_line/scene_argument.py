@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from clients.command_line.exit_codes import invalid_request
-from service.store.own_textures import own_store, with_imported
+from service.store.own_textures import texture_named, with_imported
 from synth.errors import Fault, InvalidRequest
-from synth.scene.catalogue import catalogue_names, lookup
+from synth.scene.catalogue import catalogue_names
 from synth.scene.doubtful_values import bare_doubts
 from synth.scene.merge import merge_patch
 from synth.scene.scene import LARGEST_BYTES, Scene, document_of, parse_scene
@@ -60,15 +60,12 @@ def read_document(name: str, *, everyday: bool = False) -> dict[str, object]:
     everyday: take the everyday scan of the texture. Raises InvalidRequest if SCENE is not a name.
     """
     if everyday:
-        if name not in catalogue_names():
-            invalid_request(
-                "--everyday", "true", "a name from the catalogue as SCENE", "`ridgewave textures` lists the names."
-            )
-        return dict(lookup(name).everyday)
+        if name not in catalogue_names() and (name == "-" or Path(name).suffix == ".json" or Path(name).exists()):
+            invalid_request("--everyday", "true", "a texture's name as SCENE", "`ridgewave textures` lists the names.")
+        return dict(texture_named(name).everyday)
     if name == "-":
         return object_from_text(sys.stdin.buffer.read(LARGEST_BYTES))
-    imported = None if Path(name).exists() else own_store().find("", name)
-    return document_of(name) if imported is None else {"texture": {"kind": name}}
+    return document_of(name, lambda known: texture_named(known).document)
 
 
 def patch_of(change: str) -> dict[str, object]:

@@ -68,6 +68,7 @@ def _folder(output: str | None) -> Iterator[Callable[[Document], None] | None]:
     with opened_folder(Path(output), FILES) as write_files:
 
         def write(document: Document) -> None:
+            """Write the report as JSON with its figures."""
             text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
             write_files({"accuracy.json": text.encode(), **drawings(document)})
 
@@ -80,6 +81,7 @@ def _progress(stack: contextlib.ExitStack, wanted: bool | None) -> Callable[[str
     reached = 0
 
     def report(_method: str, done: int, of: int) -> None:
+        """Advance the bar to `done` of `of` methods."""
         nonlocal reached
         if not bars:  # the number of methods is known from the first report on
             bars.append(stack.enter_context(Progress("measuring", of, "methods", wanted)))

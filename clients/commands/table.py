@@ -7,7 +7,7 @@ from pathlib import Path
 
 from clients.command_line.exit_codes import DONE, invalid_request
 from clients.command_line.output_file import replaces
-from clients.command_line.printing import print_json, print_table
+from clients.command_line.printing import print_json, print_table, say
 from clients.command_line.progress import Waiting
 from clients.command_line.scene_argument import read_scene
 from synth.encode.part_file import write_whole
@@ -29,6 +29,7 @@ def run(arguments: argparse.Namespace) -> int:
         table = table_of_scene(scene)
         content = table_bytes(table)
         write_whole(path, content)
+    errors = {name: table.error.largest_told(name) for name in ("displacement", "velocity", "acceleration")}
     result = {
         "path": str(path),
         "replaced": replaced,
@@ -38,12 +39,20 @@ def run(arguments: argparse.Namespace) -> int:
         "harmonics": table.harmonics,
         "band_hz": table.band,
         "covered_n": list(table.covered),
-        "largest_error": {
-            name: table.error.largest_told(name) for name in ("displacement", "velocity", "acceleration")
-        },
+        "largest_error": errors,
     }
     if arguments.json:
         print_json(result)
     else:
-        print_table("", ("table", "value"), [(name, str(value)) for name, value in result.items()])
+        low, high = table.covered
+        rows = [
+            ("file", f"{path}, {len(content)} bytes"),
+            ("hash", table.hash),
+            ("rows of load", f"{len(table.loads)}, from {low:g} to {high:g} N"),
+            ("harmonics", f"{table.harmonics}, in full up to {table.band:g} Hz"),
+            *((f"largest error of {name}", f"{error:.2g} of the peak-to-peak") for name, error in errors.items()),
+        ]
+        print_table("", ("table", "value"), rows)
+        if replaced:
+            say(f"replaced {path}, which existed; --no-clobber keeps existing files")
     return DONE

@@ -16,25 +16,21 @@ from clients.command_line.exit_codes import DONE, invalid_request
 from clients.command_line.printing import print_json, print_table, say
 from clients.command_line.progress import Progress
 from service.store.data_folder import folder_of_environment, tables_folder
-from service.store.own_textures import own_store, with_imported
+from service.store.own_textures import own_store, texture_named, with_imported
 from service.store.store import GROUP, StoredTexture
 from synth.encode.part_file import write_whole
-from synth.errors import CannotRender
-from synth.scene.catalogue import FINGER, CatalogueEntry, catalogue, lookup
+from synth.errors import RidgewaveError
+from synth.scene.catalogue import FINGER, CatalogueEntry, catalogue
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Carry out the command; raises InvalidRequest, CannotRender, OSError."""
-    imported = None if arguments.name is None else own_store().find("", arguments.name)
     if arguments.prepare:
-        _prepare([imported or lookup(arguments.name)] if arguments.name else None, arguments.progress)
+        _prepare([texture_named(arguments.name)] if arguments.name else None, arguments.progress)
     elif arguments.export or arguments.rename or arguments.delete:
-        _change(arguments, imported)
-    elif imported is not None:
-        scene = imported.everyday if arguments.everyday else imported.document
-        print_json(imported.description() if arguments.json else scene)
+        _change(arguments)
     elif arguments.name is not None:
-        entry = lookup(arguments.name)
+        entry = texture_named(arguments.name)
         if arguments.json:
             print_json(entry.description())
         else:
@@ -50,7 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
     return DONE
 
 
-def _print_entry(entry: CatalogueEntry, *, everyday: bool) -> None:
+def _print_entry(entry: CatalogueEntry | StoredTexture, *, everyday: bool) -> None:
     scene = entry.everyday if everyday else entry.document
     print_json(scene)
     say(f"{entry.title} ({entry.group})")
@@ -66,14 +62,16 @@ def _print_catalogue() -> None:
     for group, entries in groupby(catalogue(), lambda entry: entry.group):
         rows += [None] if rows else []
         rows.append((group.upper(), "", ""))
-        for entry in entries:
-            scan = entry.everyday["scan"]
-            rows.append((entry.name, entry.title, f"{scan['speed']}, {scan['load']}"))
+        rows += map(_row, entries)
     imported = own_store().textures("")
     if imported:
-        rows += [None, (GROUP.upper(), "", "")]
-        rows += [(texture.name, texture.title, "") for texture in imported]
+        rows += [None, (GROUP.upper(), "", ""), *map(_row, imported)]
     print_table("", ("name", "what it is", "everyday scan"), rows)
+
+
+def _row(entry: CatalogueEntry | StoredTexture) -> tuple[str, str, str]:
+    scan = entry.everyday["scan"]
+    return entry.name, entry.title, f"{scan['speed']}, {scan['load']}"
 
 
 def _prepare(entries: Sequence[CatalogueEntry | StoredTexture] | None, progress: bool | None) -> None:
@@ -89,14 +87,15 @@ def _prepare(entries: Sequence[CatalogueEntry | StoredTexture] | None, progress:
             scene = parse_scene(with_imported({"finger": FINGER, **entry.document}))
             try:
                 solve_ahead(scene, folder)
-            except CannotRender as error:
-                say(f"{entry.name}: {error.reason}")
+            except RidgewaveError as error:
+                say(f"{entry.name}: {error}")
             bar.advance(1)
     say(f"{tables_folder(folder)} has what was solved for {len(chosen)} textures.")
 
 
-def _change(arguments: argparse.Namespace, texture: StoredTexture | None) -> None:
+def _change(arguments: argparse.Namespace) -> None:
     store = own_store()
+    texture = None if arguments.name is None else store.find("", arguments.name)
     if texture is None:
         known = ", ".join(found.name for found in store.textures(""))[:200] or "none so far"
         allowed = f"the name of an imported texture: {known}"

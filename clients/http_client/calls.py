@@ -154,6 +154,7 @@ def table(name: str) -> Call[bytes]:
     """Return the call for the file of the table whose hash is `name`; the hash of the file is checked."""
 
     def answer(response: httpx.Response) -> bytes:
+        """Return the file. Raises ValueError if it is that of another table."""
         from synth.response.table_file import table_of_bytes
 
         if table_of_bytes(response.content).hash != name:

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from service.store.store import Store
-from synth.errors import CannotRender, Fault, InvalidRequest
+from synth.errors import CannotRender, Fault, InvalidRequest, SceneError
 from synth.scene.scene import Scene, parse_scene, scene_document
 from synth.surfaces.surface_data import add_source
 
@@ -52,7 +52,8 @@ def measure_apart(
         raise RuntimeError(f"the measuring process ended with {code}:\n{messages.decode(errors='replace')}")
     answer: dict[str, Any] = json.loads(outcome)
     if "faults" in answer:
-        raise InvalidRequest([Fault(**fault) for fault in answer["faults"]])
+        kind = SceneError if answer["of_scene"] else InvalidRequest
+        raise kind([Fault(**fault) for fault in answer["faults"]])
     if "reason" in answer:
         raise CannotRender(answer["reason"])
     document: dict[str, Any] = answer["document"]
@@ -102,7 +103,8 @@ def main() -> None:
         outcome = {"document": measure_accuracy(scene, quantity=request["quantity"]).document()}
     except InvalidRequest as error:
         names = ("pointer", "value", "allowed", "hint")
-        outcome = {"faults": [{name: getattr(fault, name) for name in names} for fault in error.faults]}
+        faults = [{name: getattr(fault, name) for name in names} for fault in error.faults]
+        outcome = {"faults": faults, "of_scene": isinstance(error, SceneError)}
     except CannotRender as error:
         outcome = {"reason": error.reason}
     print(json.dumps(outcome, allow_nan=False))

@@ -18,6 +18,7 @@ import os
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -148,7 +149,8 @@ def work(engine: Engine, order: Order, body: bytes, store: Store) -> Iterator[Me
         yield from _document(engine.explain(scene_of(object_from_text(body))))
     else:
         scene, points, phases, area = read_picture(body, scene_of)
-        picture = engine.picture(scene, points, phases)
+        with _scene_in_body():
+            picture = engine.picture(scene, points, phases)
         yield from _document(picture | {"texture": picture["texture"] | area_of(scene, area)})
 
 
@@ -307,8 +309,15 @@ def read_picture(
 def _picture_scene(document: Any, scene_of: Callable[[object], Scene]) -> Scene:
     if not isinstance(document, dict):
         raise refused("/scene", shown(document), "a scene, an object", "Write {} for the default.", "scene-refused")
-    try:
+    with _scene_in_body():
         return scene_of(document)
+
+
+@contextmanager
+def _scene_in_body() -> Iterator[None]:
+    """Let the pointers of a SceneError point into the field `scene` of the body."""
+    try:
+        yield
     except SceneError as error:
         raise SceneError([replace(fault, pointer="/scene" + fault.pointer) for fault in error.faults]) from error
 

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from service.store.data_folder import tables_folder
-from synth.errors import CannotRender
+from synth.errors import RidgewaveError
 
 if TYPE_CHECKING:
     from synth.scene.scene import Scene
@@ -79,7 +79,7 @@ class TexturePreparation:
 
 
 def solve_ahead(scene: Scene, folder: Path) -> None:
-    """Solve what a hand on `scene` needs first, and keep it in the data folder `folder`. Raises CannotRender."""
+    """Solve what a hand on `scene` needs first, and keep it in the data folder `folder`. Raises SceneError."""
     from synth.response.kept_files import KeptFiles
     from synth.response.response_cache import ResponseCache
     from synth.voice.hand_voice import HandVoice
@@ -114,7 +114,7 @@ def main(folder: Path) -> None:
         for entry in catalogue():
             if os.getppid() != service:
                 return
-            with suppress(CannotRender):
+            with suppress(RidgewaveError):
                 solve_ahead(parse_scene({"finger": FINGER, **entry.document}), folder)
 
 

@@ -16,7 +16,7 @@ from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipRespon
 from starlette.requests import Request
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from service.problems import Problem
+from service.problems import Problem, refused
 from synth.encode.formats import L16_RATE_LIMIT_HZ, SoundFormat
 
 OFFERS: dict[SoundFormat, tuple[str, ...]] = {
@@ -67,8 +67,11 @@ def choose_format(
     wanted: the value of `?format=`, the name of a format, or None.
     accept: the header Accept, or None.
     endless: the answer is a stream, so it cannot be FLAC.
-    Raises Problem (406) where Accept covers no possible format.
+    Raises Problem: 406 where Accept covers no possible format, 422 for FLAC as an endless answer.
     """
+    if wanted == SoundFormat.FLAC and endless:
+        allowed = ", ".join(kind for kind in SoundFormat if kind is not SoundFormat.FLAC)
+        raise refused("?format", "'flac'", allowed, "Write wav24: it has the same samples.")
     if wanted is not None:
         return SoundFormat(wanted)
     ranges = [entry for element in (accept or "").lower().split(",") if (entry := _parse_range(element))]

@@ -51,6 +51,7 @@ async def read_form(request: Request, limit: int, setting: str) -> AsyncIterator
     total = 0
 
     async def counted() -> Message:
+        """Return the next message. Raises `larger` once the body exceeds the limit, whatever its header says."""
         nonlocal total
         message = await request.receive()
         total += len(message.get("body", b""))

@@ -127,6 +127,7 @@ class RequestTimeout(asyncio.Protocol):
         until, complete = 0.0, False
 
         async def timed() -> Message:
+            """Return the next message, or a disconnect when the body is later than BODY_RATE allows."""
             nonlocal until, complete
             if complete:
                 return await receive()

@@ -66,6 +66,7 @@ class Bouncer:
         started = False
 
         async def send_with_headers(message: Message) -> None:
+            """Send `message`; the first of an answer gets those of HEADERS that it lacks."""
             nonlocal started
             if message["type"] == "http.response.start":
                 started = True

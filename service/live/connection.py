@@ -319,7 +319,7 @@ class Connection:
 
     def _voice_failed(self, error: Exception) -> None:
         """End because of the exception that is being handled."""
-        if isinstance(error, CannotRender):
+        if isinstance(error, RidgewaveError):
             self.conversation.broken(problems.of(error), "cannot render")
         else:
             self.conversation.broken(our_bug(self._scope))

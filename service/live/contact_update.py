@@ -170,4 +170,5 @@ def _check(field: str, number: float, largest: float) -> None:
 
 def _load(load: float, hand: Hand) -> Problem:
     allowed = f"{hand.lowest_load:g} to {LARGEST_LOAD:g} N"
-    return refused("/load", shown(load), allowed, "Below 0 N the scene needs adhesion.")
+    hint = "Below 0 N the scene needs adhesion." if load < 0.0 else "Write a number in this range."
+    return refused("/load", shown(load), allowed, hint)

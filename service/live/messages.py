@@ -306,20 +306,21 @@ def _fault(version: Version, kind: str, message: Mapping[str, Any], error: jsons
         if kind == "contact" and set(_AREA).issuperset(names):
             return _place_fault(version, message)
         allowed = ", ".join((_of_path(fields, path) if path else made)["properties"])
-        return Fault(at, f"{len(names)} unknown field(s)", allowed, "Leave them out.")
+        given = "an unknown field" if len(names) == 1 else f"{len(names)} unknown fields"
+        return Fault(at, given, allowed, "Leave it out." if len(names) == 1 else "Leave them out.")
     if not path and "oneOf" in made and error.schema_path[0] in ("oneOf", "dependentRequired"):
         return _place_fault(version, message)
     if isinstance(rule, jsonschema_rs.ValidationErrorKind.Required):
         name = str(rule.property)
         made = _of_path(fields, [*path, name])
-        return Fault(pointer(*path, name), "nothing", allowed_text(made), f"Write a value for {name}.")
+        return Fault(pointer(*path, name), "nothing", allowed_text(made), f"Add {name}.")
     if isinstance(rule, jsonschema_rs.ValidationErrorKind.FalseSchema):
         return Fault(pointer(*path), "a value", "nothing beside resume", "Leave it out: the session keeps its own.")
     value: Any = message
     for part in path:
         value = value[part]
-    allowed = allowed_text(_of_path(fields, path))
-    return Fault(pointer(*path), _printable(shown(value)), allowed, "Write a value in this range.")
+    made = _of_path(fields, path)
+    return Fault(pointer(*path), _printable(shown(value)), allowed_text(made), _hint(made, value))
 
 
 def _place_fault(version: Version, message: Mapping[str, Any]) -> Fault:
@@ -353,9 +354,23 @@ def allowed_text(made: Mapping[str, Any]) -> str:
         return f"any finite number of{unit}"
     if made["type"] in ("integer", "number"):
         whole = "whole, " if made["type"] == "integer" else ""
-        return f"{whole}{made['minimum']:g} to {made['maximum']:g}{unit}"
+        return f"{whole}{_digits(made['minimum'])} to {_digits(made['maximum'])}{unit}"
     text = f"text of at most {LONGEST_ID} characters"
     return {"object": "an object", "boolean": "true or false", "string": text}[made["type"]]
+
+
+def _digits(number: float) -> str:
+    """Return `number` with all digits if it is whole: a client may write any of them."""
+    return str(int(number)) if float(number).is_integer() else f"{number:g}"
+
+
+def _hint(made: Mapping[str, Any], value: Any) -> str:
+    """Return what to write in place of `value` in a field of the schema `made`."""
+    if "enum" in made:
+        return f"Write {made['enum'][0]}."
+    if made["type"] in ("integer", "number"):
+        return "Write a number without a unit." if isinstance(value, str) else "Write a number in this range."
+    return f"Write {allowed_text(made)}."
 
 
 def _printable(text: str) -> str:

@@ -85,6 +85,7 @@ def _noting(scope: Scope, send: Send) -> Send:
     answered = False
 
     async def noting(message: Message) -> None:
+        """Send `message`, and log the status that it gives the request."""
         nonlocal answered
         status = message.get("status", STATUS_OF.get(message["type"]))
         if not answered and status is not None:

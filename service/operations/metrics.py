@@ -262,9 +262,11 @@ class _Families(Collector):
         self._read = read
 
     def collect(self) -> Iterable[Metric]:
+        """Return the present values, at each scrape."""
         return self._read()
 
     def describe(self) -> Iterable[Metric]:
+        """Return nothing: what there is, is known only when it is collected."""
         return []
 
 

@@ -31,6 +31,8 @@ def _setting(default: Any, read: Callable[[str], Any], allowed: str, sentence: s
 
 
 def _number(low: float, high: float) -> Callable[[str], float]:
+    """Return a reader of a number from `low` to `high`."""
+
     def read(text: str) -> float:
         number = float(text)
         if not (math.isfinite(number) and low <= number <= high):
@@ -41,6 +43,8 @@ def _number(low: float, high: float) -> Callable[[str], float]:
 
 
 def _whole(low: int, high: int) -> Callable[[str], int]:
+    """Return a reader of a whole number from `low` to `high`."""
+
     def read(text: str) -> int:
         if not re.fullmatch(r"[0-9]{1,18}", text) or not low <= int(text) <= high:
             raise ValueError
@@ -50,6 +54,8 @@ def _whole(low: int, high: int) -> Callable[[str], int]:
 
 
 def _matching(pattern: str) -> Callable[[str], str]:
+    """Return a reader of text that matches `pattern`."""
+
     def read(text: str) -> str:
         if not re.fullmatch(pattern, text):
             raise ValueError
@@ -59,6 +65,8 @@ def _matching(pattern: str) -> Callable[[str], str]:
 
 
 def _listed(pattern: str) -> Callable[[str], tuple[str, ...]]:
+    """Return a reader of words, separated by commas, that match `pattern`."""
+
     def read(text: str) -> tuple[str, ...]:
         items = tuple(item.strip() for item in text.split(",") if item.strip())
         if not all(re.fullmatch(pattern, item) for item in items):

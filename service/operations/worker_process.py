@@ -45,6 +45,7 @@ def _with_parent(lifespan: Callable[[FastAPI], Any]) -> Callable[[FastAPI], Any]
 
     @asynccontextmanager
     async def watched(app: FastAPI) -> AsyncIterator[None]:
+        """Run the application's lifespan, and watch for the end of the parent."""
         async with lifespan(app):
             with _ended_by_parent(asyncio.get_running_loop()):
                 yield
@@ -62,6 +63,7 @@ def _ended_by_parent(loop: asyncio.AbstractEventLoop) -> Iterator[None]:
     pipe = parent.sentinel
 
     def end() -> None:
+        """Ask this process to shut down, as a signal from outside would."""
         loop.remove_reader(pipe)
         log.error("the process that started this worker has gone: the worker ends too")
         os.kill(os.getpid(), signal.SIGTERM)

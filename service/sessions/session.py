@@ -156,6 +156,7 @@ class Session:
         settled: asyncio.Future[None] = asyncio.get_running_loop().create_future()
 
         def settle(error: Exception | None) -> None:
+            """Wake the caller of `change`, with `error` if the change was refused."""
             if settled.done():
                 return
             if error is None:
@@ -211,9 +212,11 @@ class Session:
             streams = self.streams
 
             def change(scene: Scene, patch: Mapping[str, object]) -> Scene:
+                """Return `scene` with `patch` merged into it."""
                 return changed_scene(scene, self._named(patch), self.full_scale)
 
             def prepare(scene: Scene) -> list[Any]:
+                """Return what each stream needs for `scene`; without a stream, a voice that is kept."""
                 if not streams:
                     return [self._open(scene)]
                 return [self._metrics.timed("change", stream.prepare, scene) for stream in streams]

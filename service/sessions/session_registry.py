@@ -76,6 +76,8 @@ class Sessions:
         self._refuse_workers()
 
         def opening(_name: str) -> tuple[Scene, VoiceStream]:
+            """Return the scene of `body` with its full scale written out, and its stream. Slow."""
+
             def open_voice(scene: Scene) -> LiveVoice:
                 return self.metrics.timed("voice", self.engine.open_live, scene)
 

@@ -53,12 +53,14 @@ def within(seconds: float, work: Callable[[], Result], too_late: Callable[[Resul
     future: Future[Result] = Future()
 
     def run() -> None:
+        """Do the work, and keep its result or its error for whoever waits."""
         try:
             future.set_result(work())
         except BaseException as error:
             future.set_exception(error)
 
     def undo(done: Future[Result]) -> None:
+        """Hand a result for which nobody waits any more to `too_late`."""
         if too_late is not None and done.exception() is None:
             too_late(done.result())
 

@@ -85,7 +85,7 @@ def find_device(wanted: str | int | None) -> DeviceDescription:
     """
     devices = list_devices()
     if not devices:
-        raise CannotRender("this machine has no audio output device.")
+        raise CannotRender("this machine has no audio output device. Write the device file:NAME.wav for a file.")
     if wanted is None:
         return next((device for device in devices if device["default"]), devices[0])
     found = _matching(devices, wanted)

@@ -21,7 +21,7 @@ from service.operations.settings import Settings
 from service.sessions.voice_stream import VoiceStream
 from service.sinks import Claims, FileSink, Sink, open_sink
 from synth.encode.formats import Metadata
-from synth.errors import CannotRender
+from synth.errors import CannotRender, RidgewaveError
 
 log = logging.getLogger("ridgewave.service")
 
@@ -102,9 +102,9 @@ class Player:
     def _run(self) -> None:
         try:
             self._play()
-        except CannotRender as error:
+        except RidgewaveError as error:
             if not self._dropping:
-                self.failure = error.reason
+                self.failure = str(error)
         except Exception:
             log.exception("our mistake: a play ended")
             self.failure = "an error of the service; the log has the details"

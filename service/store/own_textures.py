@@ -9,12 +9,18 @@ from __future__ import annotations
 from typing import Any
 
 from service.store.data_folder import folder_of_environment
-from service.store.store import Store
+from service.store.store import Store, StoredTexture
+from synth.scene.catalogue import CatalogueEntry
 
 
 def own_store() -> Store:
     """Return the user's store."""
     return Store(folder_of_environment())
+
+
+def texture_named(name: str) -> CatalogueEntry | StoredTexture:
+    """Return the texture called `name`, of the catalogue or imported. If there is none, raise SceneError."""
+    return own_store().entry("", name)
 
 
 def with_imported(document: Any) -> Any:

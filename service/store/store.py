@@ -21,8 +21,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from synth.errors import CannotRender, Fault, InvalidRequest, NameTaken, shown
-from synth.scene.catalogue import EVERYDAY, FINGER, catalogue_names
+from synth.errors import CannotRender, Fault, InvalidRequest, NameTaken, SceneError, shown
+from synth.scene.catalogue import EVERYDAY, FINGER, CatalogueEntry, catalogue_names, lookup
 
 if TYPE_CHECKING:  # a list of textures needs neither numpy nor scenes
     from synth.surfaces.surface_data import SurfaceData
@@ -205,7 +205,8 @@ class Store:
     def named(self, document: Any, owner: str) -> Any:
         """Return the `document` of a scene, whole or partial, with a name of `owner` replaced by its surface.
 
-        A name that neither a kind, nor the catalogue, nor the store has stays, and the scene is refused.
+        A name that neither a kind, nor the catalogue, nor the store has stays, and the scene is refused. Raises
+        SceneError if a texture of `owner` has the nearest name.
         """
         texture = document.get("texture") if isinstance(document, Mapping) else None
         name = texture.get("kind") if isinstance(texture, Mapping) else None
@@ -213,9 +214,28 @@ class Store:
             return document
         found = self.find(owner, name)
         if found is None:
+            self._check_misspelt(name, owner)
             return document
         given = {field: value for field, value in texture.items() if field != "kind"}
         return {**document, "texture": {**found.texture, **given}}
+
+    def entry(self, owner: str, name: str) -> CatalogueEntry | StoredTexture:
+        """Return the texture `name` of the catalogue or of `owner`; raises SceneError with the nearest name."""
+        if name in catalogue_names():
+            return lookup(name)
+        found = self.find(owner, name)
+        return lookup(name, [texture.name for texture in self.textures(owner)]) if found is None else found
+
+    def _check_misspelt(self, name: str, owner: str) -> None:
+        """Raise SceneError if of all names that of a texture of `owner` is nearest to `name`."""
+        from synth.scene.rules import nearest
+        from synth.scene.texture_registry import kinds
+
+        own = [texture.name for texture in self.textures(owner)]
+        near = nearest(name, [*kinds(), *catalogue_names(), *own])
+        if near in own:
+            allowed = "a kind of texture, a name from the catalogue, or the name of an imported texture"
+            raise SceneError([Fault("/texture/kind", shown(name), allowed, f'Write "{near}".')])
 
     # The database
 

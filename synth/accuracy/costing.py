@@ -48,7 +48,7 @@ def explain(scene: SceneLike, *, cache: ResponseCache | None = None) -> Plan:
 
     scene: a Scene, a mapping, the path of a JSON file, or a name of the catalogue.
     cache: responses solved before; by default none, so that the whole set-up is measured.
-    Raises SceneError for an invalid scene, and CannotRender if the scene cannot be rendered.
+    Raises SceneError for an invalid scene, and for one whose contact cannot be solved.
 
     Example: synth.explain({"effects": {"inertia": {}}}).document()["simulated"]
     """

@@ -202,6 +202,7 @@ def read_by(case: Case, curve: SeriesCurve, setup: float | None = None) -> Ready
     gain = 1.0 / case.extent
 
     def period(points: int) -> Array:
+        """Return the channel (SI) at the phases (i + 1/2) / points of a period, as `curve` reads it."""
         out, step = np.empty((points, 1), np.float32), 2**64 // points
         curve.read(step // 2, step, gain, out, 0)
         return out[:, 0].astype(float) * case.extent
@@ -286,12 +287,14 @@ def _live(case: Case, reader: TableReader) -> Ready:
     places, lap = whole.denominator, whole.numerator  # `places` frames take `lap` periods, to 1e-10
 
     def hand_along(speed: float, frames: int) -> tuple[HandReader, Motion, Block]:
+        """Return a reader, a motion of `frames` frames at `speed` (m/s), and a block for its samples."""
         samples = np.zeros((5, frames))
         samples[SPEED], samples[LOAD] = speed, case.load
         hand = HandReader(TableChannels((reader,)), texture, case.rate)
         return hand, Motion(samples, np.empty(0)), np.empty((frames, 1), np.float32)
 
     def period(points: int) -> Array:
+        """Return the channel (SI) over whole periods, a value for each of `places` frames; `points` is not used."""
         hand, motion, out = hand_along(lap / places * case.rate * texture, places)
         hand.phase = 2**63 // places
         hand.read(motion, out)

@@ -29,7 +29,7 @@ from synth.accuracy.baseline import baseline_methods
 from synth.accuracy.costing import explain
 from synth.accuracy.methods import Case, Method, case_of, chosen_method, curve_between, methods_of
 from synth.arrays import Array
-from synth.errors import CannotRender, Fault, InvalidRequest, shown
+from synth.errors import Fault, InvalidRequest, shown
 from synth.perception.threshold import threshold_displacement
 from synth.plan.channels import UNITS
 from synth.plan.preparation import prepare
@@ -132,8 +132,7 @@ def measure_accuracy(
     scene: a Scene, a mapping, the path of a JSON file, or a name of the catalogue.
     quantity: quantity of the channel; None for the first channel.
     progress: called before each method with its name, the number of methods done, and the number of all methods.
-    Raises InvalidRequest if the scene has no channel with that quantity, or has effects. Raises CannotRender if the
-    finger does not move.
+    Raises InvalidRequest if the scene has no channel with that quantity, has effects, or does not move.
     """
     scene = scene_from(scene)
     require_measurable(scene)
@@ -204,7 +203,8 @@ def require_measurable(scene: Scene) -> None:
         hint = "The report compares methods that compute the contact response. Leave the effects out."
         raise InvalidRequest([Fault("/effects", ", ".join(scene.effects), "{}", hint)])
     if scene.scan.speed == 0.0:
-        raise CannotRender("The finger does not move (scan.speed is 0 m/s), so there is nothing to measure.")
+        hint = "Where the finger does not move, there is nothing to measure."
+        raise InvalidRequest([Fault("/scan/speed", "0 m/s", "a speed above or below 0 m/s", hint)])
 
 
 def _channel_of(scene: Scene, quantity: str | None) -> int:
@@ -219,12 +219,14 @@ def _channel_of(scene: Scene, quantity: str | None) -> int:
 
 
 def _steady(scene: Scene) -> Scene:
-    """Return `scene` with a constant scan. Raises CannotRender if that is silent."""
+    """Return `scene` with a constant scan. Raises InvalidRequest if that is silent."""
     scan = scene.scan.model_copy(update={"stroke": None, "trajectory": None, "heading": 0.0})
     scene = scene.model_copy(update={"scan": scan})
     silence = prepare(scene).silence
     if silence:
-        raise CannotRender(f"{silence} There is nothing to measure.")
+        raise InvalidRequest(
+            [Fault("", "a silent scene", "a scene that moves", f"{silence} There is nothing to measure.")]
+        )
     return scene
 
 

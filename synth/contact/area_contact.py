@@ -14,21 +14,21 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Self
+from functools import cached_property, lru_cache
+from typing import Self, TypeVar
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.area_grid import BESIDE, NOWHERE, AreaGrid
+from synth.contact.area_grid import BESIDE, AreaGrid, FingerRows
 from synth.contact.area_path import heights_along
 from synth.contact.area_solver import ROW
-from synth.contact.area_texture import MOST_PLACES, Flags, stored_texture
+from synth.contact.area_texture import FINER, FINER_OF_SMALLER, MOST_PLACES, stored_texture
 from synth.contact.full_contact import FullContact
 from synth.contact.geometry import Geometry
 from synth.contact.line import MIDDLE, Line
 from synth.contact.load_balance import Contact, PhaseSolver
-from synth.errors import CannotRender
+from synth.errors import Fault, SceneError
 from synth.surfaces.height_field import HeightField
 from synth.surfaces.ridge_field import turned_back
 
@@ -36,10 +36,16 @@ CELLS_A_WAVE = 8  # of the texture, along and across
 CELLS_A_RIDGE = 12  # the same of the ridges, which may lie in any direction
 FEWEST_CELLS = 24  # over the length of a finger
 MOST_CELLS = 1 << 20  # of a finger: 12 MB
+MOST_SMALLER = 5 << 20  # of a finger of a file, whose cells are smaller than usual: 60 MB
+CELLS_TOGETHER = 1 << 18  # that are computed together: 2 MB an array
+NARROW = 1e-4  # of the larger size of a cell: a smaller one across an edge counts as this
+SETTLES = 0.25  # part of the error that remains with cells half as large: they are of second order
 COARSEST = 4.0  # times as large the cells may be to hold the texture in memory; on a fingertip 3 a ridge
+GRIDS_KEPT = 4  # a scene is prepared more than once, and a file with cells of several sizes
 
+T = TypeVar("T", bound=Contact)
 Heights = Callable[[Array, Array], Array]
-Inside = Callable[[Array, Array], Flags]
+Shares = Callable[[Array, Array, tuple[float, float]], Array]
 
 
 def lattice_step(
@@ -52,7 +58,7 @@ def lattice_step(
     coarser: factor on both sizes.
 
     A period across is whole steps, or a step whole periods: the mean over those does not vary across.
-    Raises CannotRender if the texture would take more than MOST_PLACES with cells COARSEST times as large.
+    Raises SceneError if the texture would take more than MOST_PLACES with cells COARSEST times as large.
     """
     tall = math.pi * (texture.extent[1] - texture.extent[0])  # over the slope: the period of a sinusoid
     own = max(CELLS_A_RIDGE / ridge, FEWEST_CELLS / min(size))
@@ -63,39 +69,60 @@ def lattice_step(
     cells = wanted[0] * size[0] * wanted[1] * size[1] / MOST_CELLS
     places = wanted[0] * (texture.period + math.hypot(*size)) * max(1.0, wanted[1] * texture.across) / MOST_PLACES
     if places > COARSEST**2:
-        raise CannotRender(
-            f"A finger whose cells are {1e6 / wanted[0]:.3g} um by {1e6 / wanted[1]:.3g} um large needs too much "
-            f"memory on a texture that repeats after {texture.period:.4g} m by {texture.across:.4g} m. Write a smaller "
-            "texture, a longer finger.contact_length or a longer finger.ridge_period."
-        )
+        cell = f"{1e6 / wanted[0]:.3g} um by {1e6 / wanted[1]:.3g} um"
+        value = f"a surface that repeats after {texture.period:.4g} m by {texture.across:.4g} m"
+        allowed = f"{COARSEST**2 * MOST_PLACES:.2g} cells of this finger, {cell} each; the surface has {{}}"
+        hint = "Write a smaller texture, a longer finger.contact_length or a longer finger.ridge_period."
+        raise SceneError([Fault("/texture", value, allowed.format(f"{places * MOST_PLACES:.2g}"), hint)])
     crowded = coarser * math.sqrt(max(1.0, cells, places))
     rows, periods = math.ceil(texture.across * wanted[1] / crowded), math.floor(crowded / (texture.across * wanted[1]))
     return crowded / wanted[0], texture.across * max(1, periods) / max(1, rows)
 
 
+def smaller_cells(contact: T, size: tuple[float, float], ridge: float) -> T | None:
+    """Return `contact` with cells half as large along and across; None where they would be too many.
+
+    size, ridge: as of `lattice_step`.
+    """
+    texture, coarser = contact.geometry.profile, 0.5 * contact.coarser  # type: ignore[attr-defined]
+    assert isinstance(texture, HeightField)
+    step = lattice_step(texture, size, ridge, coarser)
+    cells = size[0] * size[1] / (step[0] * step[1] * ROW)
+    places = (texture.period + math.hypot(*size)) * texture.across / (step[0] * step[1])
+    if cells > MOST_SMALLER or places > MOST_PLACES:
+        return None
+    return replace(contact, coarser=coarser)  # type: ignore[call-arg]
+
+
 def finger_grid(
-    heights: Heights, inside: Inside, size: tuple[float, float], widest: float, step: tuple[float, float],
-    middle: tuple[float, float], area: float, texture: HeightField, scale: float,
+    heights: Heights, shares: Shares, size: tuple[float, float], widest: float, step: tuple[float, float],
+    middle: tuple[float, float], area: float, texture: HeightField, scale: float, coarser: float,
 ) -> AreaGrid:  # fmt: skip
     """Return the cells of a finger.
 
     heights: heights (m) at every pair of x and y (m) from its middle: [len(x), len(y)], also beyond its edge.
-    inside: whether there is a finger, at the same places.
-    size: length and width of the lattice, m.
-    widest: length of the lattice at any direction of the finger, m.
+    shares: of cells of a size along and across (m) that belong to the finger; x and y: of their middles (m, any shape).
+    size: length and width that the cells must cover, m.
+    widest: the largest of these at any direction of the finger, m.
     step: as of `lattice_step`.
     middle: place of the middle of the finger, x and y, m.
     area: A0, m^2.
     scale: m.
+    coarser: factor on the size of the cells, of `step`.
     """
     own = step[0], ROW * step[1]
-    columns, rows = (max(1, round(whole / one)) for whole, one in zip(size, own, strict=True))
+    columns, rows = (math.ceil(whole / one) + 1 for whole, one in zip(size, own, strict=True))
     x = np.asarray((np.arange(-BESIDE, columns + BESIDE) + 0.5 - 0.5 * columns) * own[0])
     y = np.asarray((np.arange(-1, rows + 1) + 0.5 - 0.5 * rows) * own[1])
     begin = float(x[BESIDE]) + middle[0], float(y[1]) + middle[1]
-    stored = stored_texture(texture, step, math.ceil(widest / step[0]), scale)
-    there = inside(x[BESIDE:-BESIDE], y[1:-1]).T
-    return AreaGrid.of(heights(x, y).T, there, begin, stored, own[0] * own[1] / area, scale)
+    finest = FINER if coarser >= 1.0 else FINER_OF_SMALLER
+    stored = stored_texture(texture, step, math.ceil(widest / step[0]) + 1, scale, finest)
+    finger, together = FingerRows(rows, columns), max(1, CELLS_TOGETHER // columns)
+    for first in range(0, rows, together):
+        near = y[first : first + together + 2]
+        middles = x[BESIDE:-BESIDE] + own[0] * finger.moved[first : first + together, np.newaxis]
+        finger.put(first, heights(x, near).T / scale, shares(middles, near[1:-1, np.newaxis], own))
+    return AreaGrid.of(finger, begin, stored, own[0] * own[1] / area, scale)
 
 
 @dataclass(frozen=True)
@@ -106,11 +133,14 @@ class CombOnArea(Contact):
     stiffness: of eqs 4-5 at L.
     line: where the comb stands.
     coarser: factor on the size of the cells.
+    refines: whether `refined` makes them smaller, as files need it.
     """
 
     of_one_line = False
+    settles = SETTLES
     line: Line = MIDDLE
     coarser: float = 1.0
+    refines: bool = False
 
     @cached_property
     def grid(self) -> PhaseSolver:
@@ -127,8 +157,14 @@ class CombOnArea(Contact):
         """Return its cells at another direction (rad)."""
         return comb_grid(self.geometry, Line(self.line.y, direction), self.coarser)
 
-    def refined(self) -> None:
-        """Return None: the cells are the model."""
+    def refined(self) -> Self | None:
+        """Return the contact with cells half as large; None where they would be too many, or if it does not refine."""
+        return self.halved() if self.refines else None
+
+    def halved(self) -> Self | None:
+        """Return the contact with cells half as large; None where they would be too many."""
+        length = self.geometry.contact_length
+        return smaller_cells(self, (length, length), self.geometry.ridge_period)
 
     def as_profile(self) -> Self:
         """Return the contact itself."""
@@ -139,6 +175,7 @@ class CombOnArea(Contact):
         return None
 
 
+@lru_cache(GRIDS_KEPT)
 def comb_grid(geometry: Geometry, line: Line = MIDDLE, coarser: float = 1.0) -> AreaGrid:
     """Return the cells of a comb on the height field of `geometry`, whose x begins where a comb along x begins.
 
@@ -148,19 +185,31 @@ def comb_grid(geometry: Geometry, line: Line = MIDDLE, coarser: float = 1.0) -> 
     texture, length = geometry.profile, geometry.contact_length
     assert isinstance(texture, HeightField)
     step = lattice_step(texture, (length, length), geometry.ridge_period, coarser)
-    along = length / max(1, math.ceil(length / step[0] - 1e-9))  # the ends of a comb are hard
-    width = max(1, round(length / (ROW * step[1]))) * ROW * step[1]
+    c, s = math.cos(line.direction), math.sin(line.direction)
 
     def heights(x: Array, y: Array) -> Array:
         return np.asarray(geometry.finger(turned_back(x, y, line.direction)[0] + 0.5 * length))
 
-    def inside(x: Array, y: Array) -> Flags:
-        u, v = turned_back(x, y, line.direction)
-        return (np.abs(u) < 0.5 * length) & (np.abs(v) < 0.5 * width)
+    def shares(x: Array, y: Array, size: tuple[float, float]) -> Array:
+        along, across = 0.5 * length - np.abs(c * x + s * y), 0.5 * length - np.abs(c * y - s * x)
+        return beside_edge(along, c * size[0], s * size[1]) * beside_edge(across, s * size[0], c * size[1])
 
-    c, s = abs(math.cos(line.direction)), abs(math.sin(line.direction))
-    box, widest = (length * c + width * s, length * s + width * c), math.hypot(length, width)
-    middle = 0.5 * length, line.y
-    scale = geometry.height_scale
-    grid = finger_grid(heights, inside, box, widest, (along, step[1]), middle, length * width, texture, scale)
-    return replace(grid, cell=1.0 / int(np.sum(grid.finger[:, 0] > 0.5 * NOWHERE)))  # its edges are hard: A0 is kept
+    box, widest = length * (abs(c) + abs(s)), math.sqrt(2.0) * length
+    middle, area, scale = (0.5 * length, line.y), length**2, geometry.height_scale
+    grid = finger_grid(heights, shares, (box, box), widest, step, middle, area, texture, scale, coarser)
+    return replace(grid, cell=1.0 / float(np.sum(grid.finger[:, 3], dtype=np.float64)))  # A0 is kept
+
+
+def beside_edge(distance: Array, along: float, across: float) -> Array:
+    """Return the share of a cell on the inner side of a straight edge.
+
+    distance: of its middle from the edge, m; positive inside.
+    along, across: its sizes in the direction of that distance, m, of any sign.
+
+    The distances of the places of a cell are the sum of two that are equally distributed.
+    """
+    wide, narrow = sorted((0.5 * abs(along), 0.5 * abs(across)), reverse=True)
+    narrow = max(narrow, NARROW * wide)
+    ends = ((wide + narrow, 1.0), (wide - narrow, -1.0), (narrow - wide, -1.0), (-wide - narrow, 1.0))
+    rising = sum(sign * np.maximum(distance + end, 0.0) ** 2 for end, sign in ends)
+    return np.clip(rising / (8.0 * wide * narrow), 0.0, 1.0)

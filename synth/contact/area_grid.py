@@ -2,7 +2,7 @@
 
 Model   The finger is divided into square cells. z solves
 
-            F(z) = sum over the cells of M(h1 + h2(x - p, y - q) - z, s) dA / A0 = w / k
+            F(z) = sum over the cells of M(h1 + h2(x - p, y - q) - z, s) b dA / A0 = w / k
 
         h1 and h2 are the means of finger and texture over a cell. h2 is bilinear between the places of `area_texture`.
         Within a cell the gap is a plane: it takes all values from -s to s about its mean u equally often, where 2 s is
@@ -10,7 +10,8 @@ Model   The finger is divided into square cells. z solves
 
             M(u, s) = 0 for u < -s,   (u + s)^2 / (4 s) between,   u for u > s
 
-        is the mean of max(gap, 0) over a cell. Each row of cells is moved by a part of a cell against the one before,
+        is the mean of max(gap, 0) over a cell. b is the share of the cell that belongs to the finger: it is below 1 at
+        hard edges. Each row of cells is moved by a part of a cell against the one before,
         and rows of the finger are not as far apart as those of the texture. The errors of the bilinear heights
         therefore differ from row to row, and do not add up.
         Cells stand in blocks of WIDE along the scan, the highest blocks first. A block whose highest cell, on the
@@ -30,7 +31,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.area_solver import BEFORE, ROW, WIDE, measure_area, solve_area
-from synth.contact.area_texture import Flags, Floats, Indices, StoredTexture
+from synth.contact.area_texture import Floats, Indices, StoredTexture
 from synth.contact.exact_solver import Approaches
 
 NOWHERE = -1e30  # height of a cell of a block at which there is no finger
@@ -38,6 +39,34 @@ BESIDE = 4  # columns of heights beyond the finger, from which those of its cell
 GOLDEN = 0.618033988749895  # by which each row is moved against the one before, cells
 FARTHEST = 600.0  # cells: blocks that would move farther as the finger turns by 0.01 rad would leave the stored texture
 CELLS_A_CELL = 30  # of A0, whose work is that of a cell of the exact solver: what lies beyond A0 hardly touches
+
+
+class FingerRows:
+    """The cells of a finger, row by row, and by how much of a cell each row is moved.
+
+    cells: float32 [4, rows, whole blocks], as in `AreaGrid`; at first the height is NOWHERE and all else 0.
+    columns: number of cells in a row.
+    moved: [rows], cells.
+    """
+
+    def __init__(self, rows: int, columns: int) -> None:
+        self.columns = columns
+        self.moved = np.asarray(np.arange(rows) * GOLDEN % 1.0 - 0.5, np.float64)
+        self.cells: Floats = np.zeros((4, rows, -(-columns // WIDE) * WIDE), np.float32)
+        self.cells[0] = NOWHERE
+
+    def put(self, first: int, finger: Array, shares: Array) -> None:
+        """Put the cells of the rows from `first` on.
+
+        finger: heights at the middles of the cells, relative to the scale of the solver, and of BESIDE more columns and
+            one more row on each side.
+        shares: of each cell, that belong to the finger, 0 to 1 [rows, columns].
+        """
+        end = first + len(shares)
+        found = shifted(means_and_slopes(finger), self.moved[first:end])
+        into = self.cells[:, first:end, : self.columns]
+        np.copyto(into[:3], found, "same_kind", shares > 0.0)
+        into[3] = shares
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +78,8 @@ class AreaGrid:
         BEFORE columns before x = 0.
     arms: [blocks + 1, 2], how far each block moves along and across as the finger turns, cells per rad; last: how far
         the finger then moves across under a cell, against the one before.
-    finger: float32 [blocks, 3, WIDE], mean height of each cell, and its change over the cell along and across.
+    finger: float32 [blocks, 4, WIDE], mean height of each cell, its change over the cell along and across, and the
+        share of the cell that belongs to the finger.
     texture: on the same lattice.
     cell: area of a point, relative to A0.
     height_scale: m.
@@ -69,30 +99,25 @@ class AreaGrid:
 
     @classmethod
     def of(
-        cls, finger: Array, inside: Flags, begin: tuple[float, float], texture: StoredTexture, cell: float, scale: float
+        cls, rows: FingerRows, begin: tuple[float, float], texture: StoredTexture, cell: float, scale: float
     ) -> AreaGrid:
         """Return the grid.
 
-        finger: heights at the middles of its cells, and of BESIDE more columns and one more row on each side, m.
-        inside: which of the cells there are [rows, columns].
+        rows: the cells of the finger.
         begin: x and y of its first cell, m.
         texture: with the same size of a cell and the same scale.
         cell: area of a cell, relative to A0.
         scale: m.
         """
-        (rows, columns), step = inside.shape, texture.step
-        wide, moved = -(-columns // WIDE), np.arange(rows) * GOLDEN % 1.0 - 0.5
-        padded = np.zeros((3, rows, wide * WIDE), np.float32)
-        padded[0] = NOWHERE
-        found = shifted(means_and_slopes(finger / scale), moved)
-        padded[:, :, :columns] = np.where(inside, found, padded[:, :, :columns])
-        blocks = np.moveaxis(padded.reshape(3, rows * wide, WIDE), 0, 1)
+        step, (kinds, count, padded) = texture.step, rows.cells.shape
+        wide = padded // WIDE
+        blocks = np.moveaxis(rows.cells.reshape(kinds, count * wide, WIDE), 0, 1)
         tops = np.max(blocks[:, 0] + 0.5 * np.hypot(blocks[:, 1], blocks[:, 2]), axis=1)
         order = np.argsort(-tops, kind="stable")
         order = order[tops[order] > 0.5 * NOWHERE]
         row, column = order // wide, order % wide * WIDE
-        places = np.stack([column + moved[row] + BEFORE, row * ROW], axis=1)
-        x, y = column + 0.5 * (WIDE - columns), (row - 0.5 * (rows - 1)) * ROW  # from the middle of the finger
+        places = np.stack([column + rows.moved[row] + BEFORE, row * ROW], axis=1)
+        x, y = column + 0.5 * (WIDE - rows.columns), (row - 0.5 * (count - 1)) * ROW  # from the middle of the finger
         flat = step[0] / step[1]
         arms = np.stack([np.clip(np.append(-y / flat, -flat / ROW), -FARTHEST, FARTHEST), np.append(x * flat, 0.0)], 1)
         return cls(

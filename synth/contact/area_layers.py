@@ -121,6 +121,7 @@ class AreaLayers:
     series: of the layers, complex64 [layers, rows, columns / 2 + 1].
     x, y: of the points of the finger, in places of the lattice.
     heights: of these points, falling.
+    shares: of these points, as of the cells that they stand for.
     """
 
     grid: AreaGrid
@@ -129,14 +130,15 @@ class AreaLayers:
     x: Array
     y: Array
     heights: Array
+    shares: Array
     workers: int
 
     @classmethod
     def of(cls, grid: AreaGrid, plan: LayerPlan, workers: int = 1) -> AreaLayers:
         """Return the layers of `grid`."""
         columns, rows = plan.places
-        x, y, heights = finger_points(grid)
-        return cls(grid, plan, layer_series(grid, plan, workers), x * columns, y * rows, heights, workers)
+        x, y, heights, shares = finger_points(grid)
+        return cls(grid, plan, layer_series(grid, plan, workers), x * columns, y * rows, heights, shares, workers)
 
     def batches(self) -> Iterator[tuple[Numbers, Floats]]:
         """Yield BATCH more levels from the top down, and F (m) there, float32 [BATCH, rows, columns]. It never ends."""
@@ -243,17 +245,18 @@ class FingerImages:
         """Add points that are above `level`, and are not yet in the images, and go there."""
         layers = self.layers
         x, y = layers.x[points] - self.corner[0], layers.y[points] - self.corner[1]
-        share_points(x, y, layers.heights[points] / layers.plan.step - level, self.sums, self.above, self.rest)
+        heights = layers.heights[points] / layers.plan.step - level
+        share_points(x, y, heights, layers.shares[points], self.sums, self.above, self.rest)
         self.used, self.level = points.stop, level
 
 
-def finger_points(grid: AreaGrid) -> tuple[Array, Array, Array]:
-    """Return x and y (periods of the texture) and height of points of the finger, the highest first.
+def finger_points(grid: AreaGrid) -> tuple[Array, Array, Array, Array]:
+    """Return x and y (periods of the texture), height and share of points of the finger, the highest first.
 
     Each cell has the four points of Gauss's rule: the variance of the gap over them is that over the cell.
     """
     there = grid.finger[:, 0] > 0.5 * NOWHERE
-    mean, along, across = (grid.finger[:, n][there].astype(np.float64) for n in range(3))
+    mean, along, across, share = (grid.finger[:, n][there].astype(np.float64) for n in range(4))
     column = (grid.places[:, :1] - BEFORE + np.arange(WIDE))[there]
     row = np.broadcast_to(grid.places[:, 1:], there.shape)[there]
     u, v = (part[:, np.newaxis] for part in GAUSS)
@@ -261,7 +264,7 @@ def finger_points(grid: AreaGrid) -> tuple[Array, Array, Array]:
     y = grid.begin[1] + (row + ROW * v) / grid.texture.shape[ROWS]
     heights = (mean + u * along + v * across).ravel()
     order = np.argsort(-heights, kind="stable")
-    return x.ravel()[order], y.ravel()[order], heights[order]
+    return x.ravel()[order], y.ravel()[order], heights[order], np.tile(share, len(GAUSS[0]))[order]
 
 
 def layer_series(grid: AreaGrid, plan: LayerPlan, workers: int) -> Complex:

@@ -17,7 +17,7 @@ from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import Any, Protocol, Self
 
 import numpy as np
 
@@ -31,6 +31,7 @@ from synth.surfaces.height_field import HeightField
 TURN_STEP = math.radians(1.0)  # between two directions
 OVERLAP = 0.1  # of TURN_STEP, in which z is solved for both: with less, the change between lattices is heard as a step
 DIRECTIONS = 32  # grids in memory, about 1 MB each: a hand that turns back and forth meets them again
+FEW_DIRECTIONS = 4  # the same of smaller cells, up to 20 MB each: a file meets two at a time
 
 
 class AreaContact(Protocol):
@@ -59,6 +60,9 @@ class AreaContact(Protocol):
     def heights(self, phases: Array, loads: Array, path: Array | None = None) -> Array:
         """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), on its line or along a path."""
 
+    def halved(self) -> Self | None:
+        """Return the contact with cells half as large; None where they would be too many."""
+
     def grid_at(self, direction: float) -> AreaGrid:
         """Return its cells at another direction (rad), at the same y."""
 
@@ -85,9 +89,11 @@ class _Turned:
     contact: AreaContact = field(compare=False)
 
 
-@lru_cache(DIRECTIONS)
-def _grid(one: _Turned) -> AreaGrid:
+def _made(one: _Turned) -> AreaGrid:
     return one.contact.grid_at(one.contact.line.direction + one.number * TURN_STEP)
+
+
+_grid, _grid_of_smaller_cells = lru_cache(DIRECTIONS)(_made), lru_cache(FEW_DIRECTIONS)(_made)
 
 
 def heights_along(contact: AreaContact, phases: Array, loads: Array, path: Array) -> Array:
@@ -107,13 +113,13 @@ def heights_along(contact: AreaContact, phases: Array, loads: Array, path: Array
     lower = np.floor(turns).astype(np.int64)
     beyond = (turns - lower - 0.5) / OVERLAP + 0.5  # 0 to 1 in the overlap
     part = np.clip(beyond, 0.0, 1.0) ** 2 * (3.0 - 2.0 * np.clip(beyond, 0.0, 1.0))
-    z = np.zeros(len(phases))
+    z, grid_of = np.zeros(len(phases)), _grid if contact.coarser >= 1.0 else _grid_of_smaller_cells
     numbers = [0, *(np.flatnonzero(np.diff(lower)) + 1).tolist(), len(phases)]
     for first, end in pairwise(numbers):
         for number, share in ((int(lower[first]), 1.0 - part), (int(lower[first]) + 1, part)):
             some = first + np.flatnonzero(share[first:end])
             if len(some):
-                grid, angles = _grid(_Turned(contact.key, number, contact)), (turns[some] - number) * TURN_STEP
+                grid, angles = grid_of(_Turned(contact.key, number, contact)), (turns[some] - number) * TURN_STEP
                 solved = grid.solve_places(phases[some], across[some], indentation[some], turns=angles)
                 z[some] += share[some] * solved.height
     return z

@@ -28,8 +28,8 @@ ROWS, FINER_X, FINER_Y, STRIDE, SPAN = range(5)  # entries of `shape`
 Place = (
     np.uint64
 )  # a place in an array: Numba asks of other numbers whether they are below 0, which takes five times as long
-BLOCK = Place(3 * WIDE)  # numbers of a block: three for each of WIDE cells
-SECOND, THIRD = Place(WIDE), Place(2 * WIDE)  # where the second and the third of these numbers begin
+FINGER, LAID = Place(4 * WIDE), Place(3 * WIDE)  # numbers of a block in `finger` and in `laid`
+SECOND, THIRD, FOURTH = Place(WIDE), Place(2 * WIDE), Place(3 * WIDE)  # where the later ones of each cell begin
 
 
 @inlined
@@ -46,13 +46,13 @@ def place_of(cells, finer):
 
 @inlined
 def lay_block(texture, near, beside, far, across, fx, fy, per_x, per_y, lean, finger, own, laid, to):
-    """Write top, range and one over the range of the cells of a block.
+    """Write top, range and share over range of the cells of a block.
 
     near, beside, far, across: where the rows of the texture begin between which the cells lie.
     lean: how far the finger under each cell of the block lies farther across than under the one before, cells.
     own, to: where the block begins in `finger` and in `laid`.
     """
-    one, half, middle = np.float32(1.0), np.float32(0.5), np.float32(0.5 * (WIDE - 1))
+    half, middle = np.float32(0.5), np.float32(0.5 * (WIDE - 1))
     for number in range(WIDE):
         i = Place(number)
         a, c = texture[near + i], texture[far + i]
@@ -65,7 +65,7 @@ def lay_block(texture, near, beside, far, across, fx, fy, per_x, per_y, lean, fi
         width = math.sqrt(slope_x * slope_x + slope_y * slope_y) + np.float32(LEAST)
         laid[to + i] = finger[own + i] + moved + (below + fy * (above - below)) + half * width
         laid[to + SECOND + i] = width
-        laid[to + THIRD + i] = one / width
+        laid[to + THIRD + i] = finger[own + FOURTH + i] / width
 
 
 @inner
@@ -89,7 +89,7 @@ def lay_blocks(tops, places, arms, finger, texture, crests, shape, per, highest,
         here, there = part_x * stride + column, next_part_x * stride + next_column
         lay_block(
             texture, Place(near + here), Place(near + there), Place(far + here), Place(far + there),
-            fx, fy, per_x, per_y, lean, finger, Place(block) * BLOCK, laid, Place(read) * BLOCK,
+            fx, fy, per_x, per_y, lean, finger, Place(block) * FINGER, laid, Place(read) * LAID,
         )  # fmt: skip
         read += 1
     return read
@@ -122,7 +122,10 @@ def highest_tops(texture, shape, tops):
 
 @summing
 def block_sums(laid, first, z):
-    """Return the sums over the cells of a block of the mean of max(h - z, 0), and of the part above z, in float32."""
+    """Return the sums over a block of the mean of max(h - z, 0), and of the part above z, of each cell by its share.
+
+    In float32.
+    """
     zero, half = np.float32(0.0), np.float32(0.5)
     area, part = zero, zero
     for number in range(WIDE):
@@ -157,7 +160,7 @@ def sums_of(laid, left, blocks, z):
     """
     area, part, level, kept = 0.0, 0.0, np.float32(z), 0
     for k in range(blocks):
-        some, touching = block_sums(laid, Place(left[k]) * BLOCK, level)
+        some, touching = block_sums(laid, Place(left[k]) * LAID, level)
         if touching > 0.0:
             area += some
             part += touching
@@ -171,7 +174,7 @@ def rough_sums(laid, blocks, z):
     """Return both sums over all blocks, roughly."""
     area, part, level = 0.0, 0.0, np.float32(z)
     for k in range(blocks):
-        some, touching = block_sums(laid, Place(k) * BLOCK, level)
+        some, touching = block_sums(laid, Place(k) * LAID, level)
         area += some
         part += touching
     return area, part
@@ -182,7 +185,7 @@ def exact_sums(laid, left, blocks, z):
     """Return the same sums in float64."""
     area, part = 0.0, 0.0
     for k in range(blocks):
-        some, touching = exact_block_sums(laid, Place(left[k]) * BLOCK, z)
+        some, touching = exact_block_sums(laid, Place(left[k]) * LAID, z)
         area += some
         part += touching
     return area, part
@@ -242,7 +245,7 @@ def solve_area(
     turns: by which the finger is turned from its lattice, rad.
     guess: a z that is near, or NaN: the z of the place before.
     """
-    laid, left = np.empty(len(finger), np.float32), np.empty(len(tops), np.int64)
+    laid, left = np.empty(len(tops) * 3 * WIDE, np.float32), np.empty(len(tops), np.int64)
     z, before, missed = math.nan, math.nan, FIRST
     for p in range(len(x)):
         if targets[p] < EMPTY:
@@ -282,7 +285,7 @@ def solve_area(
 @signed_kernel(f"void({PIECES}, f8[::1], f8[::1], f8[:,::1], f8[:,::1], f8[:,::1])")
 def measure_area(tops, places, arms, finger, texture, crests, shape, per, highest, x, y, z, depth, touching):
     """Write the sums over the cells of the mean of max(h - z, 0), and of the part above z, at each place and its z."""
-    laid, left = np.empty(len(finger), np.float32), np.arange(len(tops))
+    laid, left = np.empty(len(tops) * 3 * WIDE, np.float32), np.arange(len(tops))
     for p in range(len(x)):
         floor = z[p, 0]
         for i in range(1, z.shape[1]):

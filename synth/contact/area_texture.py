@@ -24,9 +24,10 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 FINER = 8  # most places per cell: all cells read between places at once, and the errors of straight lines add up
+FINER_OF_SMALLER = 4  # the same of cells smaller than usual: what straight lines err by is then a third of the rest
 MOST_PLACES = 1 << 24  # of the texture: 64 MB
 PLACES_TOGETHER = 1 << 18  # that are computed together: 1 MB
-KEPT = 3  # stored textures: a scene, the one before a change, and a coarser lattice
+KEPT = 4  # stored textures: a scene, the one before a change, and other sizes of the cells
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,16 +58,19 @@ class StoredTexture:
 
 
 @lru_cache(KEPT)
-def stored_texture(texture: HeightField, step: tuple[float, float], columns: int, scale: float) -> StoredTexture:
+def stored_texture(
+    texture: HeightField, step: tuple[float, float], columns: int, scale: float, finest: int = FINER
+) -> StoredTexture:
     """Return `texture` on a lattice.
 
     step: distance of its cells along and across, m. The period across is whole steps, or a step whole periods.
     columns: cells of the longest finger.
     scale: by which heights are divided, m.
+    finest: most places per cell along and across, a power of two.
     """
     span = math.ceil(texture.period / step[0]) + -(-columns // WIDE) * WIDE + 1 + 2 * BEFORE
     whole = max(1, round(texture.across / step[1]))
-    finer = finer_places(span * whole)
+    finer = finer_places(span * whole, finest)
     heights = cell_means(texture, step, finer, (span, whole), scale)
     shape = np.array([whole, *finer, span * whole, span], dtype=np.int64)
     tops = np.empty((whole, span), np.float32)
@@ -75,9 +79,9 @@ def stored_texture(texture: HeightField, step: tuple[float, float], columns: int
     return StoredTexture(heights, crests_of(tops), shape, texture.period / step[0], float(tops.max()), periods, step)
 
 
-def finer_places(cells: int) -> tuple[int, int]:
-    """Return the places of the texture per cell, along and across, for so many cells: powers of two."""
-    wanted = [FINER, FINER]
+def finer_places(cells: int, finest: int) -> tuple[int, int]:
+    """Return the places of the texture per cell, along and across, for so many cells: powers of two, from `finest`."""
+    wanted = [finest, finest]
     while wanted[0] * wanted[1] * cells > MOST_PLACES and wanted[0] > 1:
         wanted[int(wanted[1] == wanted[0])] //= 2
     return wanted[0], wanted[1]

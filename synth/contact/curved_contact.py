@@ -34,7 +34,7 @@ from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact, PhaseSolver, solver_of
 from synth.contact.profile_solver import SegmentGrid
 from synth.contact.stiffness import Stiffness
-from synth.errors import CannotRender
+from synth.errors import Fault, SceneError
 
 USUAL_LOAD = 8.0  # N: loads up to it share one polyline, and their z does not depend on which are solved together
 LONGEST_SPAN = 0.2  # m: longer than any hand; the work per phase is proportional to it
@@ -151,7 +151,7 @@ class RoundContact(Contact):
     def of(
         cls, geometry: Geometry, stiffness: Stiffness, radius: float | None = None, reference_load: float = 1.0
     ) -> RoundContact:
-        """Return the contact of a round finger; CannotRender where the finger is too flat to be solved at any load.
+        """Return the contact of a round finger; SceneError where the finger is too flat to be solved at any load.
 
         geometry, stiffness: over the nominal length; both surfaces need a period, and one of them a height.
         radius: m; None: the radius at which a smooth finger touches the nominal length at `reference_load`.
@@ -172,7 +172,7 @@ class RoundContact(Contact):
         return 1.0 / self.finger.radius
 
     def geometry_at(self, load: float) -> Geometry:
-        """Return the surfaces over the solved length D at `load` (N); CannotRender where D is too long."""
+        """Return the surfaces over the solved length D at `load` (N); SceneError where D is too long."""
         return _spanned(self.geometry, self.finger, max(load, self.least_span))
 
     def over_loads(self, heaviest: float) -> RoundContact:
@@ -218,7 +218,7 @@ class RoundContact(Contact):
         """Return the surfaces over the span of USUAL_LOAD; of `load` (N) where it is heavier, or the other too long."""
         try:
             return _spanned(self.geometry, self.finger, max(load, USUAL_LOAD))
-        except CannotRender:
+        except SceneError:
             return _spanned(self.geometry, self.finger, load)
 
     def _growth(self, phases: Array, solved: Approaches, load: float) -> float:
@@ -231,9 +231,7 @@ def _spanned(geometry: Geometry, finger: RoundFinger, load: float) -> Geometry:
     room = geometry.extent[1] - lowest_approach(geometry, finger.radius, finger.area(load))
     span = 2.0 * math.sqrt(2.0 * finger.radius * room)
     if not span <= LONGEST_SPAN:
-        raise CannotRender(
-            f"A round finger of radius {finger.radius:.3g} m would have to be solved over {span:.3g} m at a load of "
-            f"{load:.3g} N, more than {LONGEST_SPAN:g} m. Give a smaller radius, a lighter load, a shorter contact or "
-            "lower ridges, or leave the finger flat."
-        )
+        value = f"a radius of {finger.radius:.4g} m, which touches within {span:.3g} m at a load of {load:.3g} N"
+        hint = "Write a smaller radius, a lighter load, a shorter contact or lower ridges, or leave curvature out."
+        raise SceneError([Fault("/finger", value, f"a contact within {LONGEST_SPAN:g} m", hint)])
     return geometry.part(0.5 * (geometry.contact_length - span), span)

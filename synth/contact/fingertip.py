@@ -33,14 +33,13 @@ from synth.contact.geometry import Geometry
 from synth.contact.line import MIDDLE, Line
 from synth.contact.load_balance import Contact, PhaseSolver
 from synth.contact.stiffness import Stiffness
-from synth.errors import CannotRender
+from synth.errors import Fault, SceneError
 from synth.surfaces.height_field import HeightField
 from synth.surfaces.profile import Profile
 from synth.surfaces.ridge_field import RidgeField, turned_back
 
 if TYPE_CHECKING:
     from synth.contact.area_grid import AreaGrid
-    from synth.contact.area_texture import Flags
 
 REFERENCE_LOAD = 1.0  # N: the load of the nominal footprint (the paper takes 1 cm^2 for 1 N); an unverified default
 REACH = 2.0  # the oval in which there are points, relative to the nominal footprint
@@ -63,6 +62,11 @@ class Footprint:
     length: float
     width: float
     depth: float
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """Length and width (m) of the region in which the fingertip may touch."""
+        return REACH * self.length, REACH * self.width
 
     @classmethod
     def of(cls, length: float, width: float, ridge_amplitude: float, stiffness: Stiffness) -> Footprint:
@@ -97,31 +101,32 @@ def area_grid(
     """
     from synth.contact.area_contact import finger_grid, lattice_step  # only a height field needs its kernels
 
-    size = REACH * footprint.length, REACH * footprint.width
+    size = footprint.reach
     step = lattice_step(texture, size, field.period, coarser)
 
     def heights(x: Array, y: Array) -> Array:
         return field.heights(x, y, line.direction) - footprint.drop(x, y, line.direction)
 
-    def inside(x: Array, y: Array) -> Flags:
-        return footprint.drop(x, y, line.direction) < REACH**2 * footprint.depth
+    def shares(x: Array, y: Array, _size: tuple[float, float]) -> Array:
+        along, across = (c * x + s * y) / size[0], (c * y - s * x) / size[1]
+        return np.asarray(along**2 + across**2 < 0.25, np.float64)
 
     c, s = math.cos(line.direction), math.sin(line.direction)
     box = math.hypot(size[0] * c, size[1] * s), math.hypot(size[0] * s, size[1] * c)
     area = footprint.length * footprint.width
-    return finger_grid(heights, inside, box, max(size), step, (0.0, line.y), area, texture, scale)
+    return finger_grid(heights, shares, box, max(size), step, (0.0, line.y), area, texture, scale, coarser)
 
 
 def require_columns(footprint: Footprint, texture: Profile) -> None:
-    """Raise CannotRender where `texture` is too fine for a fingertip that meets it along one line."""
+    """Raise SceneError where `texture` is too fine for a fingertip that meets it along one line."""
     length = REACH * footprint.length
     if not isinstance(texture, HeightField) and length * COLUMNS[1] / texture.period > MOST_COLUMNS:
         shortest = COLUMNS[1] * length / MOST_COLUMNS
-        raise CannotRender(
-            f"A fingertip of {footprint.length:.4g} m has too few points for a texture of period {texture.period:.4g} "
-            f"m. Write texture.period {shortest:.3g} m or more, a shorter finger.contact_length, or finger.kind "
-            '"comb".'
+        allowed = (
+            f"a period of {math.ceil(1e6 * shortest)} um or more under a fingertip of {1e3 * footprint.length:.4g} mm"
         )
+        hint = 'Write a longer period, a shorter finger.contact_length, or finger.kind "comb".'
+        raise SceneError([Fault("/texture", f"a period of {1e6 * texture.period:.4g} um", allowed, hint)])
 
 
 @lru_cache(GRIDS_KEPT)
@@ -164,13 +169,16 @@ class FingertipContact(Contact):
     footprint: on a flat plate at 1 N.
     line: where the finger stands on a height field.
     coarser: factor on the size of the cells on a height field.
+    refines: whether `refined` makes them smaller, as files need it.
     """
 
     of_one_line = False
+    settles = 0.25  # as of `area_contact.CombOnArea`
     field: RidgeField
     footprint: Footprint
     line: Line = MIDDLE
     coarser: float = 1.0
+    refines: bool = False
 
     @classmethod
     def of_field(
@@ -181,12 +189,13 @@ class FingertipContact(Contact):
         width: float,
         line: Line = MIDDLE,
         coarser: float = 1.0,
+        refines: bool = False,
     ) -> FingertipContact:
-        """Return the contact; CannotRender where its texture is too fine.
+        """Return the contact; SceneError where its texture is too fine.
 
         geometry, stiffness: over the nominal length.
         width: of the footprint at 1 N, m.
-        line, coarser: as of `area_grid`, on a height field.
+        line, coarser, refines: as of the class.
         """
         geometry = geometry.as_profile()
         # eqs 4-5 have a period for the plate too, which is flat: that of the ridges, a choice
@@ -198,7 +207,7 @@ class FingertipContact(Contact):
         footprint = Footprint.of(geometry.contact_length, width, geometry.ridge_amplitude, law)
         assert geometry.profile is not None
         require_columns(footprint, geometry.profile)
-        return cls(geometry, stiffness, field, footprint, line, coarser)
+        return cls(geometry, stiffness, field, footprint, line, coarser, refines)
 
     @cached_property
     def grid(self) -> PhaseSolver:
@@ -212,8 +221,17 @@ class FingertipContact(Contact):
         row = np.zeros(1)
         return np.asarray(self.field.heights(places, row)[:, 0] - self.footprint.drop(places, row)[:, 0])
 
-    def refined(self) -> None:
-        """Return None: the points are the model."""
+    def refined(self) -> Self | None:
+        """Return the contact with cells half as large, if it refines; along a line None: the points are the model."""
+        return self.halved() if self.refines else None
+
+    def halved(self) -> Self | None:
+        """Return the contact with cells half as large; None where they would be too many, and along a line."""
+        if not isinstance(self.geometry.profile, HeightField):
+            return None
+        from synth.contact.area_contact import smaller_cells
+
+        return smaller_cells(self, self.footprint.reach, self.field.period)
 
     def as_profile(self) -> Self:
         """Return the contact itself: its texture is a profile."""
@@ -230,7 +248,16 @@ class FingertipContact(Contact):
     @property
     def key(self) -> Hashable:
         """Everything that z depends on, for a cache."""
-        return "fingertip", self.geometry, self.stiffness, self.field, self.footprint, self.line, self.coarser
+        return (
+            "fingertip",
+            self.geometry,
+            self.stiffness,
+            self.field,
+            self.footprint,
+            self.line,
+            self.coarser,
+            self.refines,
+        )
 
     def heights(self, phases: Array, loads: Array, path: Array | None = None) -> Array:
         """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), on its line or along a path.

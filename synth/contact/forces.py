@@ -79,9 +79,19 @@ class ForceOfContact(ABC):
     def _steepest(self, phases: Array, heights: Array, load: float) -> float:
         """Return the largest dF/dz (N/m) over `phases` and `heights` at `load` (N)."""
 
+    @property
+    def settles(self) -> float:
+        """As of its contact."""
+        return self.contact.settles
+
     def refined(self) -> Self | None:
         """Return the force on a finer discretisation of its contact; None where the contact has none."""
         contact = self.contact.refined()
+        return None if contact is None else replace(self, contact=contact)
+
+    def halved(self) -> Self | None:
+        """Return the force on a contact with cells half as large; None where the contact has no cells."""
+        contact = self.contact.halved()
         return None if contact is None else replace(self, contact=contact)
 
     def solver(self, load: float) -> PhaseSolver:

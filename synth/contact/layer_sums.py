@@ -78,9 +78,9 @@ def cubic_weights(t):
     )
 
 
-@signed_kernel("void(f8[::1], f8[::1], f8[::1], f8[:,::1], f8[:,::1], f8[:,::1])")
-def share_points(x, y, heights, sums, above, rest):
-    """Add points to the places around them: their heights to `sums`, and one each to `above` and `rest`.
+@signed_kernel("void(f8[::1], f8[::1], f8[::1], f8[::1], f8[:,::1], f8[:,::1], f8[:,::1])")
+def share_points(x, y, heights, shares, sums, above, rest):
+    """Add points to the places around them: `shares` of their heights to `sums`, and of one each to `above` and `rest`.
 
     x, y: in places of the images, which are periodic.
     heights: above the level, in steps. Less than one step is the share that counts as above, the others are the rest.
@@ -93,7 +93,7 @@ def share_points(x, y, heights, sums, above, rest):
         for j in range(TAPS):
             to = (row - 1 + j) % rows
             for i in range(TAPS):
-                weight, at = across[j] * along[i], (column - 1 + i) % columns
+                weight, at = shares[n] * across[j] * along[i], (column - 1 + i) % columns
                 sums[to, at] += heights[n] * weight
                 above[to, at] += share * weight
                 rest[to, at] += (1.0 - share) * weight

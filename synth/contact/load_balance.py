@@ -70,6 +70,8 @@ class Contact:
     of_one_surface: ClassVar[bool] = True
     """True: the surfaces that touch at a given phase and z are the same at every load."""
 
+    settles: ClassVar[float] = 0.5
+    """Largest part of the error of the solver that remains where its segments are halved."""
     of_one_line: ClassVar[bool] = True
     """True: the finger is heights along one line, and not over an area."""
 
@@ -99,6 +101,10 @@ class Contact:
         if geometry.segments is not None and periods * self.grid.segments >= FINEST:
             return None
         return self.on(replace(geometry, segments=2 * self.grid.segments))
+
+    def halved(self) -> Contact | None:
+        """Return the contact with cells half as large, over an area, whether or not it refines; otherwise None."""
+        return None
 
     def on(self, geometry: Geometry) -> Self:
         """Return this contact on other surfaces."""

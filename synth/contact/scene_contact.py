@@ -21,13 +21,14 @@ KEPT = 4
 without this, sampling the fingertip three times is half of its time."""
 
 
-def contact_of(scene: Scene, profile: Profile | None = None, coarser: float = 1.0) -> Contact:
+def contact_of(scene: Scene, profile: Profile | None = None, coarser: float = 1.0, *, refines: bool = False) -> Contact:
     """Return the contact of `scene`, without effects. One of its surfaces has a height.
 
     profile: a texture in place of that of the scene, whose stiffness stays.
     coarser: factor on the size of the cells over an area.
+    refines: whether these cells become smaller where a tolerance needs it, as the segments along a line always do.
 
-    Raises CannotRender for a probe that is too flat, and for a fingertip whose texture is too fine.
+    Raises SceneError for a probe that is too flat, and for a fingertip whose texture is too fine.
     """
     finger, stiffness = scene.finger, Stiffness.of_scene(scene)
     geometry = Geometry.of_scene(scene) if profile is None else Geometry.of_surfaces(finger, profile)
@@ -37,16 +38,18 @@ def contact_of(scene: Scene, profile: Profile | None = None, coarser: float = 1.
 
         return RoundContact.of(geometry, stiffness, finger.tip_radius)
     if finger.kind == "fingertip":
-        return _fingertip(finger, geometry, stiffness, line, coarser)
+        return _fingertip(finger, geometry, stiffness, line, coarser, refines)
     if isinstance(geometry.profile, HeightField):
         from synth.contact.area_contact import CombOnArea
 
-        return CombOnArea(geometry, stiffness, line, coarser)
+        return CombOnArea(geometry, stiffness, line, coarser, refines)
     return Contact(geometry, stiffness)
 
 
 @lru_cache(KEPT)
-def _fingertip(finger: Finger, geometry: Geometry, stiffness: Stiffness, line: Line, coarser: float) -> Contact:
+def _fingertip(
+    finger: Finger, geometry: Geometry, stiffness: Stiffness, line: Line, coarser: float, refines: bool
+) -> Contact:
     """Return the contact of a fingertip: the same object for scenes that differ only in scan, effects or output."""
     from synth.contact.fingertip import FingertipContact
     from synth.surfaces.ridge_field import RidgeField
@@ -60,4 +63,4 @@ def _fingertip(finger: Finger, geometry: Geometry, stiffness: Stiffness, line: L
         height_spread=finger.height_spread or 0.0,
         seed=finger.seed or 0,
     )
-    return FingertipContact.of_field(geometry, stiffness, field, finger.width, line, coarser)
+    return FingertipContact.of_field(geometry, stiffness, field, finger.width, line, coarser, refines)

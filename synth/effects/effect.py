@@ -97,7 +97,7 @@ class ShapeEffect(Effect):
 
     @abstractmethod
     def shaped(self, contact: Contact, settings: Any) -> Contact:
-        """Return the contact with the effect. Raise CannotRender if there is no such contact."""
+        """Return the contact with the effect. Raise SceneError if there is no such contact."""
 
 
 class BalanceEffect(Effect):

@@ -98,6 +98,7 @@ class _FaultKeeper:
         return self._kept(lambda: self._stream.tell() - self._start)
 
     def raise_fault(self) -> None:
+        """Raise the first exception, if there was one."""
         if self.fault is not None:
             raise self.fault
 

@@ -143,7 +143,7 @@ def render(scene: SceneLike, *, cache: ResponseCache | None = None) -> Sound:
     scene: a Scene, a mapping, the path of a JSON file, or a name of the catalogue.
     cache: responses solved before; by default those of this process.
     Source: Fagiani & Barbieri (2016), eqs 1-5.
-    Raises SceneError for an invalid scene, and CannotRender if the scene cannot be rendered.
+    Raises SceneError for an invalid scene, and for one whose contact cannot be solved.
 
     Example: synth.render("grating-1mm-31um").save("coarse.wav")
     """

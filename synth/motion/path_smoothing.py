@@ -13,6 +13,7 @@ Limits  Those of `update_smoothing`.
 from __future__ import annotations
 
 import math
+from typing import Self
 
 import numpy as np
 
@@ -22,27 +23,23 @@ from synth.motion.update_smoothing import Follower
 TURN_RADIUS = 8e-3  # m: half a fingertip; a larger one makes more turns of the finger jumps
 
 
-class PathFollower:
-    """The state of one followed hand. Its methods are those of `Follower`.
+class PathFollower(Follower):
+    """The state of one followed hand, and of its place across and its direction.
 
     direction: of the finger until an update has one, rad.
     """
 
-    __slots__ = ("_across", "_along", "_direction", "_turned")
+    __slots__ = ("_across", "_direction", "_turned")
 
     def __init__(self, sample_rate: int, *, lowest_load: float = 0.0, direction: float = 0.0) -> None:
-        self._along = Follower(sample_rate, lowest_load=lowest_load)
+        super().__init__(sample_rate, lowest_load=lowest_load)
         self._across: Follower | None = None
         self._turned: Follower | None = None
         self._direction = direction
 
-    def begin(self, position: float, speed: float, load: float) -> None:
-        """Begin with a hand that moves steadily along x."""
-        self._along.begin(position, speed, load)
-
     def apply(self, update: Update) -> bool:
         """Follow `update` from the next frame on; return True for a jump."""
-        jumped = self._along.apply(update)
+        jumped = super().apply(update)
         if update.across is not None:
             jumped |= self._follow("_across", update, update.across)
         if update.direction is not None:
@@ -55,7 +52,7 @@ class PathFollower:
         follower: Follower | None = getattr(self, name)
         if follower is not None:
             return follower.apply(update._replace(position=value, speed=None))
-        follower = Follower(self._along.sample_rate, lowest_load=self._along.lowest)
+        follower = Follower(self.sample_rate, lowest_load=self.lowest)
         follower.begin(value, 0.0, update.load or 0.0)
         follower.apply(update._replace(position=value, speed=None))
         setattr(self, name, follower)
@@ -63,13 +60,14 @@ class PathFollower:
 
     def release(self) -> None:
         """Let the load go to zero and the finger glide to a stop, until the next update."""
-        for follower in (self._along, self._across, self._turned):
+        super().release()
+        for follower in (self._across, self._turned):
             if follower is not None:
                 follower.release()
 
     def motion(self, frames: int) -> Motion:
         """Return the next frames, complete; with a path from the first update on that has a place across."""
-        motion = self._along.motion(frames)
+        motion = super().motion(frames)
         across = None if self._across is None else self._across.motion(frames).position
         turned = None if self._turned is None else self._turned.motion(frames).position / TURN_RADIUS
         if across is None or not len(motion.position):
@@ -77,10 +75,10 @@ class PathFollower:
         direction = np.full(frames, self._direction) if turned is None else turned
         return Motion(motion.samples, motion.position, np.stack([across, direction]))
 
-    def copy(self) -> PathFollower:
+    def copy(self) -> Self:
         """Return an independent follower in the same state."""
-        other = PathFollower.__new__(PathFollower)
-        other._direction, other._along = self._direction, self._along.copy()
+        other = super().copy()
+        other._direction = self._direction
         other._across = None if self._across is None else self._across.copy()
         other._turned = None if self._turned is None else self._turned.copy()
         return other

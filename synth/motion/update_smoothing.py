@@ -14,6 +14,7 @@ Limits  The motion between two updates is unknown, so a sudden stop is overshot 
 from __future__ import annotations
 
 import math
+from typing import Self
 
 import numpy as np
 
@@ -107,9 +108,9 @@ class Follower:
         """Write the next frames to `samples` (float64 [5, frames], rows of a Motion) and `position` (m)."""
         fill_motion(self.state, float(self.sample_rate), self.lowest, samples, position)
 
-    def copy(self) -> Follower:
+    def copy(self) -> Self:
         """Return an independent follower in the same state."""
-        other = Follower.__new__(Follower)
+        other = self.__new__(type(self))
         other.sample_rate, other.lowest, other.state = self.sample_rate, self.lowest, self.state.copy()
         return other
 

@@ -77,9 +77,15 @@ class SteadyScan(Request):
 
         harmonics: harmonics of z; None for those of `spectrum`.
         """
-        kept = (self.spectrum.harmonics if harmonics is None else harmonics)[: self.highest + 1] * self._gate
+        kept = self.held if harmonics is None else harmonics * self._gate
+        kept = kept[: self.highest + 1]
         kept[0] = 0.0
         return kept * (2j * math.pi * np.arange(len(kept)) * self.turns) ** order if order else kept
+
+    @property
+    def held(self) -> Complex:
+        """The series of z, multiplied by the lift gate, with the harmonics of lower speeds of a moving scan."""
+        return np.asarray(self.spectrum.harmonics * self._gate)
 
     @property
     def _gate(self) -> float:

@@ -78,7 +78,7 @@ def picture(
     left_out: the names of effects that are not in the picture.
 
     Raises InvalidRequest for numbers out of range, for phases that would cost too much, and if neither surface has a
-    height. Raises CannotRender for a shape that cannot be solved.
+    height. Raises SceneError, with pointers into the scene, for a shape that cannot be solved.
     """
     points = POINTS if points is None else points
     _check(points, phases)

@@ -11,7 +11,8 @@ Model   The rule: a voice reads its table where the table holds every harmonic t
         The mean that displacement leaves out is that of PLACES places of the surface, at each load.
         Error: that of a swing (`swing`) at the lightest, the scan's and the heaviest usual load. Over an area the usual
         rate is halved where no more than FOLDED folds, and larger cells are told against the usual ones, at the scan's
-        own speed. To this the errors of the filter and of the solver's segments, or of a layered table, are added.
+        own speed. To this the errors of the filter and of the solver's segments, or of a layered table, are added, and
+        what cells half as large as the usual ones change.
 Source  design, sections 1 and 8.
 Limits  The error is that of one swing, at one place for each load. Effects that read a table of their own, over a
         period, keep the table of the contact too, so that all channels have one delay.
@@ -176,6 +177,7 @@ def affordable(scene: Scene, cache: ResponseCache) -> Contact:
     fine = contact_of(scene)
 
     def chosen() -> Spread:
+        """Return the finest cells that can be solved in time, as a factor on the usual size."""
         work = predicted_work(scene, fine)
         return Spread(next((one for one in COARSER if work <= MOST_TURNED * one**2), COARSER[-1]))
 
@@ -304,17 +306,20 @@ def _over_area(
 ) -> DirectPlan:
     from synth.contact.area_path import coarsened
 
-    fine = coarsened(coarse, 1.0)
     swing = Swing(FEWER * SOLUTIONS * band, band, fastest, PATH_SLOPE)
+    slower = replace(swing, fastest=own or fastest)  # finer waves are then in the band
+    fine = coarsened(coarse, 1.0)
     source: Contact | AreaSource = coarse
     if tolerance is None:
         source = table_source()
         mean: Mean = source.mean
+        cells = changed_by(fine, fine.halved(), slower, loads[1])
     else:
+        source = coarse = fine
+        cells = np.zeros(len(QUANTITIES))  # a file has chosen them
         mean = mean_over_area(coarse, (0.0, heaviest), loads[1], AREA_MEAN_TOLERANCE, PLACES, MEANS)
     folded, seconds = folded_errors(source, swing, loads)
-    slower = replace(swing, fastest=own or fastest)  # finer waves are then in the band
-    missed = np.maximum(changed_by(source, fine, swing, loads[1]), changed_by(source, fine, slower, loads[1]))
+    missed = np.maximum(changed_by(source, fine, swing, loads[1]), changed_by(source, fine, slower, loads[1])) + cells
     short = replace(slower, seconds=TURNED)
     turned_folded, turned_seconds = folded_errors(coarse, short, loads)
     turning = turned_folded + turning_errors(coarse, fine, short, loads[1])

@@ -19,7 +19,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.effects.effect import BalanceEffect, Effect, Kind, OutputEffect
-from synth.errors import CannotRender
+from synth.errors import Fault, SceneError
 from synth.plan.request import Request
 from synth.response.mean_approach import Mean
 from synth.response.reading_filter import ORDERS
@@ -115,20 +115,22 @@ PROBE = "a probe"
 
 
 def require_one_shape(scene: Scene) -> None:
-    """Raise CannotRender if `scene` sets two effects that cannot be combined under a load that varies."""
+    """Raise SceneError if `scene` sets two effects that cannot be combined under a load that varies."""
     shapes = [shape.name for shape, _settings, auto in asked(scene, Kind.SHAPE) if not auto]
     shapes += [PROBE] * (scene.finger.kind == "probe")
     for law, _settings, auto in asked(scene, Kind.BALANCE):
         if shapes and isinstance(law, BalanceEffect) and law.of_one_shape and not auto:
-            raise CannotRender(of_two_shapes(shapes[0], law.name))
+            raise two_shapes(shapes[0], law.name)
 
 
-def of_two_shapes(shape: str, law: str) -> str:
-    """Return why `shape`, an effect or PROBE, and the effect `law` cannot be combined under a load that varies."""
-    return (
-        f"{shape} and {law} can be combined only at a constant load: {law} is simulated on a contact that keeps its "
-        f"shape, and with {shape} the shape follows the load. Keep the load constant, or leave one of the two out."
+def two_shapes(shape: str, law: str) -> SceneError:
+    """Return the error of `shape`, an effect or PROBE, and the effect `law` under a load that varies."""
+    hint = (
+        f"{law} is simulated on a contact that keeps its shape, and with {shape} the shape follows the load. "
+        "Keep the load constant, or leave one of the two out."
     )
+    allowed = f"{shape} and {law} can be combined only at a constant load"
+    return SceneError([Fault(f"/effects/{law}", "a load that varies, or a hand", allowed, hint)])
 
 
 def effect_called(name: str) -> Effect:

@@ -15,7 +15,6 @@ import numpy as np
 from synth.contact.load_balance import Contact
 from synth.effects.effect import AddedChannel, BalanceEffect, Kind, OutputStage, ShapeEffect
 from synth.effects.simulation.terms import Terms
-from synth.errors import CannotRender
 from synth.plan.channels import NEARLY, PEAK, STILL, ChannelPlan
 from synth.plan.effect_choice import (
     PROBE,
@@ -24,9 +23,9 @@ from synth.plan.effect_choice import (
     SimulationCase,
     asked,
     judged,
-    of_two_shapes,
     outputs_of,
     relative_change,
+    two_shapes,
 )
 from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
 from synth.response.table_error import QUANTITIES
@@ -140,12 +139,12 @@ def _shape_change(plain: Contact, shaped: Contact, demand: Demand, loads: list[f
 def effects_of(case: SimulationCase, shapes: PreparedEffects) -> PreparedEffects:
     """Return the effects of `case`, without the stages of the output. The contact of `case` has its shape.
 
-    Raises CannotRender if two of them cannot be combined under the loads of `case`.
+    Raises SceneError if two of them cannot be combined under the loads of `case`.
     """
     if case.load_varies and not case.contact.of_one_shape:
         for law, _settings, _auto in asked(case.scene, Kind.BALANCE):
             if isinstance(law, BalanceEffect) and law.of_one_shape:
-                raise CannotRender(of_two_shapes(shapes.called[0].effect.name if shapes.called else PROBE, law.name))
+                raise two_shapes(shapes.called[0].effect.name if shapes.called else PROBE, law.name)
     plan, called, spared = _simulated(case)
     called += [SimulatedEffect(effect, settings) for effect, settings in outputs_of(case.scene)]
     return PreparedEffects((*shapes.called, *called), (*shapes.spared, *spared), plan)

@@ -1,9 +1,11 @@
-"""How often a file along a path over an area is solved.
+"""How small the cells of a file along a path over an area are, and how often it is solved.
 
 Stage   2 (PLAN).
 Model   A finger swings over the area as `swing.Swing` does, at the largest speed of the scan and at its load. The
         solutions per second are doubled until halving them changes each quantity in the band by FOLDED_SHARE of the
         tolerance. Where the finger turns, the error halfway between two of the directions of `area_path` is added.
+        Before, the cells are halved until what remains of their error, by what the halves change, is DISCRETE_SHARE of
+        the tolerance, or the next ones would take more than MOST_WORK.
 Source  design, section 4.
 Limits  The swing is short, and along one line of the area.
 """
@@ -11,6 +13,7 @@ Limits  The swing is short, and along one line of the area.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -20,34 +23,60 @@ from synth.motion.scan_motion import ScanMotion
 from synth.plan.direct_plan import PATH_SLOPE
 from synth.plan.frame_solver import EXACT_CELL, FOLDED_SHARE, FramePlan, counted, stride_of
 from synth.plan.request import Request
-from synth.plan.swing import MORE_FOLDS, Swing, relative, turning_errors
+from synth.plan.swing import MORE_FOLDS, Swing, changed_by, relative, turning_errors
 from synth.response.band_filter import SOLUTIONS
+from synth.response.spectrum import DISCRETE_SHARE, remaining
+from synth.response.table_error import QUANTITIES
 
 SECONDS = 0.05  # of the swing: at 80 mm/s it covers 1.3 mm
+MOST_WORK = 10_000  # per place, in cells of the exact solver: 0.6 ms; a second of sound then takes 10 s
+CELLS_SHARE = 0.1  # of the error of the cells: folded errors need not be smaller
 MOST_SOLUTIONS = 4e5  # per second: 40 s of processor time for each of sound
 
 
-def path_frames(asked: Request, contact: Contact, tolerance: float, scale: float) -> FramePlan | None:
+def cells_along_path(asked: Request, contact: Any, tolerance: float) -> tuple[Any, Array]:
+    """Return `contact` in the cells of a file along a path, and what remains of their error in each quantity."""
+    scene = asked.scene
+    load, fastest = max(scene.scan.load, scene.scan.lift_load), ScanMotion(scene).fastest()
+    swing = Swing(SOLUTIONS * scene.output.band_limit, scene.output.band_limit, fastest, PATH_SLOPE, SECONDS)
+    left, earlier = np.zeros(len(QUANTITIES)), None
+    while (smaller := contact.halved()) is not None:
+        many = smaller.grid.cells > MOST_WORK
+        if many and earlier is not None:
+            break
+        changed = tuple(changed_by(contact, smaller, swing, load).tolist())
+        if many:
+            return contact, np.array(changed) / (1.0 - smaller.settles)
+        left = np.array(remaining(changed, earlier, smaller.settles))
+        contact, earlier = smaller, changed
+        if np.max(left[list(asked.orders)]) <= DISCRETE_SHARE * tolerance:
+            break
+    return contact, left
+
+
+def path_frames(asked: Request, contact: Contact, cells: Array, tolerance: float, scale: float) -> FramePlan | None:
     """Return how a file along a path is solved, or None if that would take too much time or memory.
 
-    contact: over the area.
+    contact, cells: of `cells_along_path`.
     scale: the kept band, as a part of the whole band.
     """
     scene, frames = asked.scene, asked.scene.output.sample_rate / stride_of(scale)
     load, fastest = max(scene.scan.load, scene.scan.lift_load), ScanMotion(scene).fastest()
     band, orders = scene.output.band_limit, list(asked.orders)
     count = max(1, math.ceil(SOLUTIONS * band / frames))
+    allowed = np.maximum(FOLDED_SHARE * tolerance, CELLS_SHARE * cells[orders])
     while True:
         swing = Swing(count * frames, band, fastest, PATH_SLOPE, SECONDS)
         z = swing.heights(contact, load, 0.5)
         fine = swing.curves(z)
         folded = MORE_FOLDS * relative(_largest(fine[:, ::2] - swing.curves(z[::2])), np.ptp(fine, axis=1))[orders]
-        if np.max(folded) <= FOLDED_SHARE * tolerance or count * frames > MOST_SOLUTIONS:
+        if np.all(folded <= allowed) or count * frames > MOST_SOLUTIONS:
             break
         count *= 2
     if scene.scan.turns:
         judged = Swing(SOLUTIONS * band, band, fastest, PATH_SLOPE, SECONDS)
         folded = folded + turning_errors(contact, contact, judged, load)[orders]
+    folded = folded + cells[orders]
     solution = EXACT_CELL * contact.grid.cells
     return counted(scene, asked.orders, tolerance, scale, count, tuple(folded.tolist()), solution)
 

@@ -24,7 +24,7 @@ from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
 from synth.contact.scene_contact import contact_of
 from synth.effects.effect import AddedChannel, Kind
-from synth.errors import CannotRender
+from synth.errors import Fault, SceneError
 from synth.motion.motion import LARGEST_LOAD
 from synth.motion.scan_motion import ScanMotion
 from synth.perception.threshold import imperceptible_tolerance
@@ -45,7 +45,7 @@ from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, shape_for, simulated_channel
 from synth.plan.frame_solver import WITH_MEAN, FramePlan, plan_frames
 from synth.plan.motion_peak import differs_from_cruise, peaks_along
-from synth.plan.path_frames import path_frames
+from synth.plan.path_frames import cells_along_path, path_frames
 from synth.plan.process_start import begun
 from synth.plan.request import N_MAX, Request, harmonics_in_band
 from synth.plan.scene_table import entry_of, kept_table, read_error
@@ -159,27 +159,32 @@ def prepare(
     stretch = _stretch(scene)
     scan = scene.scan
     moves = scan.stroke is not None or scan.trajectory is not None or not scan.along_x or stretch is not None
-    area = (by_hand or paced) and follows_path(scene)
+    heard = by_hand or paced  # at once
+    area = heard and follows_path(scene)
     area = area and (by_hand or moves or harmonics_in_band(scene, WIDE + 1) > WIDE)
     paced = paced and (bool(scene.effects) or moves or area)
-    key: Hashable = ("preparation", by_hand, paced, exact, parts)
+    file = not heard or exact
+    key: Hashable = ("preparation", by_hand, paced, exact, file, parts)
 
     def build() -> Preparation:
         loads = (0.0, LARGEST_LOAD) if by_hand else ScanMotion(scene).load_range()
-        return _prepared(Request(scene, by_hand, paced, loads, stretch, area), kept, exact=exact)
+        return _prepared(Request(scene, by_hand, paced, loads, stretch, area), kept, exact=exact, file=file)
 
     return replace(kept.get(key, build), scene=scene)
 
 
-def _prepared(asked: Request, cache: ResponseCache, *, exact: bool) -> Preparation:
+def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) -> Preparation:
     scene, geometry = asked.scene, Geometry.of_scene(asked.scene)
     tolerance = scene.accuracy.tolerance if isinstance(scene.accuracy.tolerance, float) else EXACT
     solved = Preparation(*asked.request, tolerance, ScanMotion(scene).warnings())
     silence = silence_of(asked, geometry) or ("" if _has_approach(scene) else above_band(asked))
     if silence:
         return _silent(solved, silence)
-    contact = affordable(scene, cache) if asked.area and not exact else None
-    contact = contact or contact_of(scene, None if asked.stretch is None else asked.stretch.profile)
+    stretch, cells = None if asked.stretch is None else asked.stretch.profile, np.zeros(len(QUANTITIES))
+    bounded = asked.area and not exact
+    contact = affordable(scene, cache) if bounded else contact_of(scene, stretch, refines=file)
+    if over_area(asked) and file:
+        contact, cells = cells_along_path(asked, contact_of(scene, stretch), tolerance)
     if scene.accuracy.tolerance == "imperceptible":
         tolerance = _imperceptible(contact, asked)
     contact, shapes, demand = _shaped(asked, contact, tolerance)
@@ -203,7 +208,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool) -> Preparati
     if asked.moving and not asked.live:
         scale = min(1.0, scene.output.band_limit / (BAND * scene.output.sample_rate))
         if over_area(asked):
-            frames = path_frames(asked, contact, tolerance, scale)
+            frames = path_frames(asked, contact, cells, tolerance, scale)
         else:
             frames = plan_frames(contact, scene, demand, tolerance, scale, solved=asked.stretch is not None)
     warnings = solved.warnings + missed
@@ -216,21 +221,18 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool) -> Preparati
 
 
 def _stretch(scene: Scene) -> Stretch | None:
-    """Return the stretch of a long surface, or None. Raises CannotRender where an effect needs a shorter period."""
+    """Return the stretch of a long surface, or None. Raises SceneError where an effect needs a shorter period."""
     needing = [effect.name for effect, *_settings in asked_effects(scene, Kind.BALANCE)]
     if needing and not scene.scan.along_x:
-        raise CannotRender(
-            f"The effect {needing[0]} is solved along one line of the surface, along x. Leave {needing[0]} out, or "
-            "write a scan along x: without scan.heading, and with recorded points [t, position, load]."
-        )
+        hint = f"Leave {needing[0]} out, or write no scan.heading, and recorded points as [t, position, load]."
+        raise SceneError([Fault(f"/effects/{needing[0]}", "a scan that leaves x", "a scan along x", hint)])
     needing += [effect.name for effect, _settings in outputs_of(scene) if effect.has_table]
     if not needing:
         return stretch_of(scene, harmonics_in_band(scene, N_MAX + 1), N_MAX)
     if scene.texture.period > LONGEST_WHOLE:
-        raise CannotRender(
-            f"The effect {needing[0]} is solved over a whole period of the surface. It is {scene.texture.period:.4g} m "
-            f"here and may be {LONGEST_WHOLE:g} m. Leave {needing[0]} out, or write a shorter texture."
-        )
+        allowed = f"{LONGEST_WHOLE:g} m or less, because {needing[0]} is solved over a whole period"
+        hint = f"Write a shorter texture, or leave {needing[0]} out."
+        raise SceneError([Fault("/texture", f"a period of {scene.texture.period:.4g} m", allowed, hint)])
     return None
 
 
@@ -348,7 +350,8 @@ def _own_motion(
     approach, long = _has_approach(scene), asked.stretch is not None
     probed = np.arange(PLACES) / PLACES
     peaks = asked.peaks_over(contact.heights(probed, np.full(PLACES, _pressed(scene)))) if long else {}
-    differs = differs_from_cruise(scene) or bool(asked.silence(peaks))  # in the turns more harmonics are in the band
+    still = bool(asked.silence(peaks)) or not harmonics_in_band(scene, 1)
+    differs = still or differs_from_cruise(scene)  # in the turns more harmonics are in the band
     if asked.by_hand or not asked.moving or not (approach or long or differs):
         return None, peaks
     mean = own_mean(asked, contact, tolerance)

@@ -57,8 +57,8 @@ def table_of_scene(
 
     bounds: limits on the table's cost; None for those of `bounds_for`.
     cache: cache from which the table is taken if it is there, and in which a new one is kept.
-    Raises SceneError if neither surface has a height and for a surface that is too long for a table, and CannotRender
-    for a shape that cannot be solved.
+    Raises SceneError if neither surface has a height and for a surface that is too long for a table, and for a
+    shape that cannot be solved.
     """
     geometry = Geometry.of_scene(scene)
     if geometry.height_scale == 0.0:
@@ -119,8 +119,8 @@ def entry_of(scene: Scene, response: Response, decided_by: Hashable, form: FileF
         return None
     if kinds()[scene.texture.kind].of_area and Line(scene.scan.y, scene.scan.direction) != MIDDLE:
         return None
-    coarser = getattr(response, "coarser", 1.0)
-    if response.key != contact_of(scene, coarser=coarser).key:
+    cells = {name: getattr(response, name) for name in ("coarser", "refines") if hasattr(response, name)}
+    if response.key != contact_of(scene, **cells).key:
         return None
     texture = json.dumps(document["texture"], sort_keys=True)
     imported = {"kind": scene.texture.kind, "surface": scene.texture.surface}
@@ -128,7 +128,7 @@ def entry_of(scene: Scene, response: Response, decided_by: Hashable, form: FileF
         scene.texture.surface is None or document["texture"] != _texture_document(imported)
     ):
         return None
-    return FileEntry(f"{_told_text(scene)} {form.ending} {coarser!r} {decided_by!r}", form)
+    return FileEntry(f"{_told_text(scene)} {form.ending} {cells!r} {decided_by!r}", form)
 
 
 @cache

@@ -141,6 +141,7 @@ def usual_peaks(
     key = ("usual peaks", solver.key, tuple(loads), tuple(speeds.tolist()), limit, least)
 
     def found() -> UsualPeaks:
+        """Solve a series of z at each load, and take its peaks at each speed."""
         if long:
             points = max(FEWEST_POINTS, math.ceil(SOLUTIONS * limit * period / np.max(speeds)))
             every = [_coarse_series(solver, load, points, max(*counts, 1)) for load in loads]

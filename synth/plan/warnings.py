@@ -4,8 +4,10 @@ Stage   2 (PLAN).
 Model   Each harmonic of the motion is divided by the detection threshold at its frequency (`threshold`). If the sum of
         the squares of these ratios is less than 1, the motion is not felt.
         Harmonics below LOWEST are no vibration and count as unfelt.
-        A scan with varying speed also passes lower frequencies. Each of its harmonics is therefore compared with the
-        smallest threshold at or below its frequency.
+        A scan with varying speed also passes lower frequencies, at which more harmonics are in the band. Each harmonic
+        of its series is therefore compared with the smallest threshold at or below its frequency in the band. The
+        harmonics of a hand, of a simulation, of an area and of a long surface are known at the scan's own speed only,
+        and the sentence says so.
         A simulated motion is judged by the largest sinusoid that fits into its peak-to-peak. It is therefore reported
         as unfelt only if it is certainly below the threshold.
 Source  Sum of squares: Bensmaia & Hollins (2003), roughness by Pacinian-weighted power. Actuators: a TacHammer Carlton,
@@ -24,6 +26,7 @@ import numpy as np
 from synth.perception.threshold import LARGEST_LINE, threshold_displacement
 from synth.plan.channels import PEAK
 from synth.plan.preparation import Preparation
+from synth.plan.request import harmonics_in_band
 from synth.response.spectrum import curves, points_for
 from synth.scene.doubtful_values import doubts
 
@@ -65,8 +68,10 @@ def _unfelt(solved: Preparation) -> tuple[str, ...]:
     varies = solved.load_varies and not solved.by_hand
     if solved.spectrum is None or not solved.turns or solved.highest < 1 or varies or forces:
         return ()
-    frequencies = abs(solved.turns) * np.arange(1, solved.highest + 1)
-    threshold = solved.scene.accuracy.threshold
+    threshold, own = solved.scene.accuracy.threshold, solved.by_hand or solved.simulated or solved.of_levels
+    slower = solved.moving and not own
+    count = len(solved.spectrum.harmonics) - 1 if slower else solved.highest
+    frequencies = np.minimum(abs(solved.turns) * np.arange(1, count + 1), solved.scene.output.band_limit)
     felt = threshold_displacement(frequencies, threshold)
     if solved.moving:
         lower = np.geomspace(LOWEST, np.maximum(frequencies, LOWEST), STEPS)
@@ -75,17 +80,18 @@ def _unfelt(solved: Preparation) -> tuple[str, ...]:
         held = [one.extent / (2.0 * math.pi * frequencies) ** one.order for one in solved.channels]
         levels = LARGEST_LINE * 0.5 * np.min(held, axis=0) / felt
     else:
-        levels = 2.0 * np.abs(solved.steady.series(0)[1:]) / felt
+        levels = 2.0 * np.abs(solved.steady.held[1 : count + 1]) / felt
     levels = np.where(frequencies < LOWEST, 0.0, levels)
     strongest = int(np.argmax(levels))
     power = float(np.max(levels) if solved.simulated else np.sum(levels**2))
     if power >= 1.0:
         return ()
+    this = "At the scan's own speed this" if solved.moving and own else "This"
     if levels[strongest] == 0.0:
-        return (f"This is not felt as a vibration: all of it is below {LOWEST:g} Hz.",)
+        return (f"{this} is not felt as a vibration: all of it is below {LOWEST:g} Hz.",)
     below = f"{-20.0 * math.log10(levels[strongest]):.0f} dB"
     at = "" if solved.simulated or solved.moving else f", at {frequencies[strongest]:.3g} Hz,"
-    return (f'This is not felt: the strongest harmonic{at} is {below} below the detection threshold "{threshold}".',)
+    return (f'{this} is not felt: the strongest harmonic{at} is {below} below the detection threshold "{threshold}".',)
 
 
 def _unmakeable(solved: Preparation) -> tuple[str, ...]:
@@ -93,9 +99,11 @@ def _unmakeable(solved: Preparation) -> tuple[str, ...]:
     if solved.spectrum is None or channel is None or not channel.extent:
         return ()
     asked = [one.full_scale for one in solved.scene.output.channel_list if one.quantity == "acceleration"]
-    peak = 0.5 * channel.extent if asked[0] else max(0.5 * channel.extent, PEAK * channel.full_scale)
-    rms = 0.0
-    if not solved.simulated and not solved.load_varies:
+    heard = solved.by_hand or harmonics_in_band(solved.scene, 1) > 0  # else the scan's own speed is above the band
+    peak, rms = 0.5 * channel.extent if heard else 0.0, 0.0
+    if not asked[0]:
+        peak = max(peak, PEAK * channel.full_scale)
+    if heard and not solved.simulated and not solved.load_varies:
         curve = curves(solved.steady.series(2), 0, 2 * points_for(solved.highest))
         peak, rms = float(np.max(np.abs(curve))), float(np.std(curve))
     if peak <= IMPULSE and rms <= STEADY:

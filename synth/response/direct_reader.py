@@ -116,8 +116,9 @@ class DirectReader:
         """
         stride, taps, frames = self.filters[0].stride, self.filters[0].taps, len(out)
         first = (stride - state.count) % stride
-        phases: Phases = np.empty(max(0, (frames - first + stride - 1) // stride), dtype=np.uint64)
-        after: int = phases_of(motion, position, np.uint64(phase), float(self.rate), self.period, first, stride, phases)
+        phases: Phases = np.empty(frames, dtype=np.uint64)
+        after: int = phases_of(motion, position, np.uint64(phase), float(self.rate), self.period, phases)
+        phases = phases[first::stride]
         places = np.empty((len(state.before), len(phases)))
         places[PHASE] = (phases >> np.uint64(11)).astype(np.float64) * PLACE
         places[PRESSED] = np.clip(motion[LOAD, first::stride], 0.0, self.heaviest)

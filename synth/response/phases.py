@@ -14,83 +14,66 @@ from fractions import Fraction
 import numpy as np
 
 from synth.arrays import Array
-from synth.kernels import inlined, signed_kernel, two_product
+from synth.kernels import fma, signed_kernel, unfused
 
-HALF_TURN = 2.0**63
-WORD = 2.0**32
-INTEGER, INTEGER_BITS = 1.5 * 2.0**52, np.uint64(0x4338 << 48)  # a double whose last digit is 1, and its bits
+TURN = 2.0**64  # units of a phase
+INTEGER = 1.5 * 2.0**52  # a double whose last digit is 1
+OFFSET = np.uint64(0xC338 << 48)  # bits of 1.5, 12 digits higher, and of INTEGER
 
 SPEED, SPEED_RATE = 0, 1  # rows of `motion`
 
 
-@inlined
-def rest_of_step(step, rate, period):
-    """Return the rounding error of step = 1 / (rate period), which adds up to 1e-9 turn in 24 hours of frames."""
-    whole, low = two_product(rate, period)
-    product, rest = two_product(step, whole)
-    return ((1.0 - product) - rest - step * low) * step
+@unfused
+def fraction(turns, rest):
+    """Return turns + rest as a uint64 fraction of a turn, exact to 2^-65; rest: below 2^-13.
 
-
-@inlined
-def fill_steps(speed, speed_rate, rate, period, steps):
-    """Write the turns from each frame to the next, as uint64 fractions of a turn, exact to 2^-65.
-
-    The upper and the lower 32 bits are computed separately. Adding a number to INTEGER leaves its integer part in the
-    low bits of the sum. Direct conversions to 64 bits are not vectorised without AVX-512.
+    The low bits of turns + 1.5 are the upper 52 bits of the fraction, and those of INTEGER + x are the integer x.
+    Direct conversions to 64 bits are not vectorised without AVX-512.
     """
-    step = 1.0 / (rate * period)  # turns per frame at 1 m/s
-    step_rest, bend = rest_of_step(step, rate, period), 0.5 * step / rate
-    step1 = np.float64(np.float32(step))  # halves of 24 and 29 bits: their products are exact
-    step2 = step - step1
-    upper, lower = np.empty(len(steps)), np.empty(len(steps))
-    for i in range(len(steps)):
-        speed1 = np.float64(np.float32(speed[i]))
-        speed2 = speed[i] - speed1
-        coarse = speed1 * step1
-        small = speed1 * step2 + speed2 * step1 + (speed2 * step2 + speed[i] * step_rest + speed_rate[i] * bend)
-        coarse = (coarse - np.rint(coarse)) * WORD
-        whole = np.rint(coarse)
-        rest = (coarse - whole) + (small - np.rint(small)) * WORD
-        carried = np.rint(rest)
-        upper[i] = whole + carried + INTEGER
-        lower[i] = (rest - carried) * WORD + INTEGER
-    high, low = upper.view(np.uint64), lower.view(np.uint64)
-    for i in range(len(steps)):
-        steps[i] = ((high[i] - INTEGER_BITS) << np.uint64(32)) + (low[i] - INTEGER_BITS)
+    turns -= np.rint(turns)
+    upper = turns + 1.5
+    lower = fma(turns - (upper - 1.5) + rest, TURN, INTEGER)
+    return (np.float64(upper).view(np.uint64) << np.uint64(12)) + (np.float64(lower).view(np.uint64) - OFFSET)
 
 
-@inlined
-def fill_phases(motion, position, phase, rate, period, first, stride, phases):
-    """Write the phase of the frames first, first + stride, ... to `phases`; return the phase after the last frame."""
-    frames = motion.shape[1]
-    begin = frames - 1 if len(position) == frames else 0
-    steps = np.empty(frames - begin, dtype=np.uint64)
-    fill_steps(motion[SPEED, begin:], motion[SPEED_RATE, begin:], rate, period, steps)
-    if len(position) == frames:
-        for k in range(len(phases)):
-            phases[k] = phase_at(position[first + k * stride] / period)
-        return phase_at(position[begin] / period) + steps[0]
-    done = 0
-    for k in range(len(phases)):
-        for i in range(done, first + k * stride):
-            phase += steps[i]
-        done = first + k * stride
-        phases[k] = phase
-    for i in range(done, frames):
-        phase += steps[i]
+@unfused
+def fill_steps(speed, speed_rate, rate, period, steps):
+    """Write the turns from each frame to the next, as uint64 fractions of a turn."""
+    product, step, half = rate * period, 1.0 / (rate * period), 0.5 / rate  # step: turns per frame at 1 m/s
+    step_rest = (fma(-step, product, 1.0) - step * fma(rate, period, -product)) * step
+    for i in range(len(steps)):
+        mean = fma(speed_rate[i], half, speed[i])
+        mean_rest = fma(speed_rate[i], half, speed[i] - mean)
+        turns = mean * step
+        steps[i] = fraction(turns, fma(mean_rest, step, fma(mean, step_rest, fma(mean, step, -turns))))
+
+
+@unfused
+def fill_phases(motion, position, phase, rate, period, phases):
+    """Write the phase of each frame to `phases`, uint64; return the phase after the last frame.
+
+    motion: float64 [5, frames], as in `motion.Motion`.
+    position: of the texture (m) at each frame. Where it is empty, the texture goes on from `phase`.
+    """
+    frames = len(phases)
+    begin = frames - 1 if len(position) else 0
+    fill_steps(motion[SPEED, begin:], motion[SPEED_RATE, begin:], rate, period, phases[begin:])
+    if len(position):
+        step = phases[begin]
+        for i in range(frames):
+            phases[i] = fraction(position[i] / period, 0.0)
+        return phases[begin] + step
+    for i in range(frames):
+        step = phases[i]
+        phases[i] = phase
+        phase += step
     return phase
 
 
-@inlined
-def phase_at(turns):
-    """Return turns as a uint64 fraction of a turn."""
-    return np.uint64(np.int64(np.rint((turns - np.rint(turns)) * HALF_TURN)) << np.int64(1))
-
-
-@signed_kernel("u8(f8[:,::1], f8[::1], u8, f8, f8, i8, i8, u8[::1])")
-def phases_of(motion, position, phase, rate, period, first, stride, phases):
-    """Write the phase of the frames first, first + stride, ... to `phases`; return the phase after the last frame."""
-    return fill_phases(motion, position, phase, rate, period, first, stride, phases)
+@signed_kernel("u8(f8[:,::1], f8[::1], u8, f8, f8, u8[::1])")
+def phases_of(motion, position, phase, rate, period, phases):
+    """Write the phase of each frame, and return the phase after the last: `fill_phases` for Python."""
+    return fill_phases(motion, position, phase, rate, period, phases)
 
 
 def phase_step(speed: float, period: float, rate: int) -> int:
@@ -104,6 +87,7 @@ def phase_step(speed: float, period: float, rate: int) -> int:
 
 
 def turns_to_phase(turns: Array) -> np.ndarray:
-    """Return turns as uint64 fractions of a turn."""
+    """Return turns as uint64 fractions of a turn, as `fraction` does."""
     rest = turns - np.rint(turns)
-    return (np.rint(rest * HALF_TURN).astype(np.int64).view(np.uint64)) << np.uint64(1)
+    rest = np.where(rest < 0.5, rest, rest - 1.0)  # half a turn either way; 2^63 is no int64
+    return np.rint(rest * TURN).astype(np.int64).view(np.uint64)

@@ -65,16 +65,19 @@ def spline_value(typing: Any, pool: Any, at: Any, half: Any, t: Any, a: Any, b: 
     """
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        """Write the instructions: `arguments` are the values of the call, in LLVM's form."""
         data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
         _pool, at, half, t, *load = arguments
         name = builder.module.globals.get(FUSED)
         fused = name or ir.Function(builder.module, ir.FunctionType(EIGHT, [EIGHT] * 3), FUSED)
 
         def spread(number: Any) -> Any:
+            """Return a vector of LANES copies of `number`."""
             one = builder.insert_element(ir.Constant(EIGHT, ir.Undefined), number, LANE(0))
             return builder.shuffle_vector(one, one, ir.Constant(ir.VectorType(LANE, LANES), [0] * LANES))
 
         def taps(place: Any) -> Any:
+            """Return the taps that begin at `place` of the pool, as float64."""
             pointer = builder.bitcast(builder.gep(data, [place]), EIGHT_SINGLE.as_pointer())
             return builder.fpext(builder.load(pointer, align=4), EIGHT)
 

@@ -44,6 +44,8 @@ FINER_WORK = 8  # times the work of the first refinement: room for three more re
 JUDGED_PHASES = 2048  # most phases at which a discretisation is tested; 4 per harmonic where that is fewer
 JUDGED_WORK = 1 << 26  # phases times cells: a fraction of a second
 SETTLED = 0.7  # a doubling leaves a third of the error between the phases; if it leaves more, the grid hides a harmonic
+FIRST_ORDER = 0.5  # of the error remains where a discretisation is halved, as of segments with corners
+UNSETTLED = 0.8  # most of a change that the next one is taken to be: the error is then 4 times the change
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
@@ -143,46 +145,62 @@ def solve_spectrum(response: Response, load: float, demand: Demand, keep: int = 
 def _refined(coarse: Response, finer: Response, load: float, demand: Demand, keep: int) -> Spectrum:
     """Return the series of a response whose solver has a discretisation.
 
-    The discretisation is halved until the change is within DISCRETE_SHARE of the tolerance. The series is the finer of
-    the last two, and the change is added to its error. This is a bound where the error at least halves with the
-    segments, as it does for every continuous profile.
+    The discretisation is halved until the error that `remaining` tells is within DISCRETE_SHARE of the tolerance. The
+    series is the finer of the last two, with this error added to its own.
     """
     rest = replace(demand, tolerance=(1.0 - DISCRETE_SHARE) * demand.tolerance)
     most = min(MOST_PHASES, max(256, MOST_WORK // (FINER_WORK * finer.work_at(load))))
     found = _grown(coarse, load, rest, keep, most)
-    phases = np.arange(found.phases) / found.phases
+    phases, height, series = np.arange(found.phases) / found.phases, None, found.harmonics
+    earlier: tuple[float, ...] | None = None
     while True:
-        height = finer.approach(phases, load)[0]
-        series = harmonics_of(height, keep)
-        changed, good = changes(found.harmonics, series, demand, finer.scale_at(load))
-        errors = tuple(one + change for one, change in zip(found.errors, changed, strict=True))
+        height = finer.approach(phases, load, height)[0]
+        before, series = series, harmonics_of(height, keep)
+        changed, allowed = changes(before, series, demand, finer.scale_at(load))
+        left = remaining(changed, earlier, finer.settles)
+        good = all(one <= most for one, most in zip(left, allowed, strict=True))
         finest = finer.work_at(load) * found.phases * FINER_WORK > MOST_WORK
-        found = Spectrum(series, errors, found.phases, False, finer.solver(load).name)
         following = None if good or finest or demand.is_still(height) else finer.refined()
         if following is None:
-            return found
-        found = replace(found, errors=tuple(one - change for one, change in zip(errors, changed, strict=True)))
-        finer = following
+            errors = tuple(one + rest for one, rest in zip(found.errors, left, strict=True))
+            return Spectrum(series, errors, found.phases, False, finer.solver(load).name)
+        finer, earlier = following, changed
+
+
+def remaining(changed: tuple[float, ...], earlier: tuple[float, ...] | None, settles: float) -> tuple[float, ...]:
+    """Return what error remains after the last halving of a discretisation.
+
+    changed, earlier: by the last halving and by the one before it; None: there was none.
+    settles: part of the error that a halving leaves where it is least. At 1/2 the change is the bound, as the error of
+        every continuous profile at least halves. Below, the errors are taken to fall on as the changes did.
+    """
+    if settles >= FIRST_ORDER or earlier is None:
+        return changed
+    parts = (
+        min(max(settles, one / before if before > 0.0 else settles), UNSETTLED)
+        for one, before in zip(changed, earlier, strict=True)
+    )
+    return tuple(one * part / (1.0 - part) for one, part in zip(changed, parts, strict=True))
 
 
 def changes(
     before: Complex, after: Complex, demand: Demand, scale: float, usual: Complex | None = None
-) -> tuple[tuple[float, ...], bool]:
-    """Return the largest change of each order relative to its peak-to-peak, and whether all are within their share.
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the largest change of each order, and the share of the tolerance, both relative to the peak-to-peak.
 
     usual: a series whose peak-to-peak is used instead where it is larger.
     """
     points, kept = points_for(demand.highest), demand.highest + 1
-    found, good = [], True
+    found, allowed = [], []
     for order in demand.orders:
         change = float(np.max(np.abs(curves((after - before)[:kept], order, points))))
         extent = float(np.ptp(curves(after[:kept], order, points)))
         if usual is not None:
             extent = max(extent, float(np.ptp(curves(usual[:kept], order, points))))
-        allowed = DISCRETE_SHARE * demand.tolerance * extent + error_floor(scale, demand.highest, order)
-        good = good and change <= allowed
         found.append(change / extent if extent > 0.0 else 0.0)
-    return tuple(found), good
+        floor = error_floor(scale, demand.highest, order)
+        allowed.append(DISCRETE_SHARE * demand.tolerance + (floor / extent if extent > 0.0 else 0.0))
+    return tuple(found), tuple(allowed)
 
 
 def fine_enough(contact: Contact, loads: tuple[float, ...], usual: float, demand: Demand) -> Contact:
@@ -198,12 +216,15 @@ def fine_enough(contact: Contact, loads: tuple[float, ...], usual: float, demand
     phases = min(points_for(demand.highest), JUDGED_PHASES)
     theta = np.arange(phases) / phases
     seen = Demand(min(demand.highest, phases // 4), demand.orders, demand.tolerance)
+    earlier: list[tuple[float, ...] | None] = [None] * len(loads)
     while finer is not None:
         good = True
         moved = harmonics_of(finer.approach(theta, usual)[0], seen.highest)
-        for load in loads:
+        for number, load in enumerate(loads):
             before, after = (harmonics_of(one.approach(theta, load)[0], seen.highest) for one in (contact, finer))
-            good = good and changes(before, after, seen, finer.scale_at(load), moved)[1]
+            changed, allowed = changes(before, after, seen, finer.scale_at(load), moved)
+            left, earlier[number] = remaining(changed, earlier[number], finer.settles), changed
+            good = good and all(one <= most for one, most in zip(left, allowed, strict=True))
         contact = finer
         spent = len(loads) * phases * contact.work_at(max(loads)) > JUDGED_WORK
         finer = None if good or spent else contact.refined()

@@ -139,9 +139,11 @@ def refined_making(response: Response, bounds: TableBounds, heaviest: float) -> 
     the targets or reach the limit on work.
     """
     making = TableMaking(response, bounds, heaviest)
-    finer = response.refined()
+    finer, smaller = response.refined(), response.halved()
     if finer is not None:
         making = making.on(finer)
+    elif smaller is not None:
+        making.discrete = making.discrete + making.changed_by(smaller)
     for _ in range(REFINED):
         discrete, folded = making.excess(making.discrete) / SHARE, making.excess(making.folds) / SHARE_OF_FOLDS
         if max(discrete, folded) <= 1.0 or not making.has_room:
@@ -187,6 +189,12 @@ class TableMaking:
             finer = TableMaking(response, self.bounds, self.heaviest)
             finer.discrete = finer.relative_to_extents(finer.rows.heights - self.rows.heights, finer.extents)
         return finer
+
+    def changed_by(self, smaller: Response) -> Array:
+        """Return what smaller cells change at the usual load, relative to its extents [3, counts, 1]."""
+        load = np.array([min(USUAL_LOAD, self.heaviest)])
+        before, after = (solved_rows(one, load, self.phases).heights for one in (self.response, smaller))
+        return self.relative_to_extents(after - before, self.usual)
 
     def series(self, values: Array) -> Complex:
         """Return harmonics 0 to the highest, one-sided as in `spectrum`, of `values` [rows, phases]: [rows, n]."""

@@ -12,7 +12,9 @@ Limits  The errors of the table and of the filter. An output that is not a numbe
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -41,12 +43,18 @@ class TableReader:
 
     table: the table.
     filter: from z to the quantity.
-    numbers: arguments of `read_block`: pool, levels, rows, weights, rules.
+    read: read(state, motion, position, phase, out, column) writes the next frames of the quantity to a column of `out`,
+        updates `state`, and returns the next phase.
+        motion: float64 [5, frames], as in `motion.Motion`.
+        position: of the texture (m) at each frame. Where it is empty, the texture goes on from `phase` at the speed of
+            the motion.
+        phase: 64-bit fraction of a turn.
+        out: float32 [frames, columns].
     """
 
     table: ResponseTable
     filter: ReadingFilter
-    numbers: tuple[Array | Floats, ...]
+    read: Callable[[Array, Array, Array, int, Floats, int], int]
 
     @classmethod
     def of(cls, table: ResponseTable, quantity: str, rate: int, gain: float = 1.0) -> TableReader:
@@ -66,7 +74,8 @@ class TableReader:
         rules[WITH_MEAN], rules[FULL] = quantity == "approach", table.full
         rules[LAW], rules[LAW_SLOPE] = table.mean_law
         rules[MOST] = table.covered[1]
-        return cls(table, chosen, (table.pool, np.ascontiguousarray(levels), rows, weights, rules))
+        read = partial(read_block, table.pool, np.ascontiguousarray(levels), rows, weights, rules)
+        return cls(table, chosen, read)
 
     @property
     def delay(self) -> int:
@@ -76,18 +85,6 @@ class TableReader:
     def start(self) -> Array:
         """Return the state of a reader before its first frame."""
         return np.zeros(HISTORY + self.filter.taps)
-
-    def read(self, state: Array, motion: Array, position: Array, phase: int, out: Floats, column: int) -> int:
-        """Write the next frames of the quantity to a column of `out`, update `state`, and return the next phase.
-
-        motion: float64 [5, frames], as in `motion.Motion`.
-        position: of the texture (m) at each frame. Where it is empty, the texture goes on from `phase` at the speed of
-            the motion.
-        phase: 64-bit fraction of a turn.
-        out: float32 [frames, columns].
-        """
-        after: int = read_block(*self.numbers, motion, position, phase, state, out, column)
-        return after
 
 
 @inlined
@@ -113,9 +110,11 @@ def level_of(levels, turns):
 
 
 @inlined
-def load_weights(above, width):
-    """Return the weights of a cubic Hermite piece: value and slope at the load below, then at the load above."""
-    s = above / width
+def load_weights(s, width):
+    """Return the weights of a cubic Hermite piece: value and slope at the load below, then at the load above.
+
+    s, width: place in the interval, 0 to 1; length of the interval (N).
+    """
     rest = 1.0 - s
     return (1.0 + 2.0 * s) * rest * rest, s * rest * rest * width, s * s * (3.0 - 2.0 * s), -s * s * rest * width
 
@@ -138,26 +137,37 @@ def swing_of(pool, levels, level, interval, turn, a, b, c, d):
 
 
 @inlined
+def mean_of(rows, rules, interval, load, a, b, c, d):
+    """Return the mean of z (m) at `load`. a, b, c, d: as from `load_weights`."""
+    if rules[FULL] > 0.0 and load > rows[0, rows.shape[1] - 1]:
+        return rules[LAW] + rules[LAW_SLOPE] * load * np.sqrt(load)
+    below, above = rows[:, interval], rows[:, interval + 1]
+    return a * below[1] + b * below[2] + c * above[1] + d * above[2]
+
+
+@inlined
 def sample(pool, levels, rows, rules, phases, motion, first, stride, values):
-    """Write the swing (m) at the frames first, first + stride, ... to `values`.
+    """Write z (m), or the approach, at the frames first, first + stride, ... to `values`.
 
     levels: float64 [levels, 5]: fade begin and end, begin in `pool`, places, 1 / length of the fade.
     rows: float64 [3, rows]: loads (N), mean of z (m), its slope (m/N).
     rules: float64 [11], see the entries above.
-    phases: uint64 fractions of a turn at these frames.
+    phases: uint64 fractions of a turn at every frame.
     motion: float64 [5, frames], as in `motion.Motion`.
     """
     loads = rows[0]
     last = loads[len(loads) - 1]
-    interval, level = 0, 0
+    interval, level, steep = 0, 0, 0.0
     low, high, slow, fast, fade = 1.0, 0.0, 1.0, 0.0, 0.0  # ranges in which interval and level are valid: empty so far
     for k in range(len(values)):
         i = first + k * stride
-        load = min(max(motion[LOAD, i], 0.0), rules[MOST])
+        pressed = max(motion[LOAD, i], 0.0)
+        load = min(pressed, rules[MOST])
         held = min(load, last)
         if not low <= held < high:
             interval = interval_of(loads, held)
             low, high = loads[interval], loads[interval + 1]
+            steep = 1.0 / (high - low)
         turns = abs(motion[SPEED, i]) * rules[SCALE]
         if not slow <= turns < fast:
             level = level_of(levels, turns)
@@ -165,8 +175,8 @@ def sample(pool, levels, rows, rules, phases, motion, first, stride, values):
             fast, fade = np.inf, np.inf
             if level < len(levels):
                 fast, fade = levels[level, SILENT], levels[level, FADE]
-        a, b, c, d = load_weights(held - low, high - low)
-        turn = np.float64(np.int64(phases[k] >> np.uint64(11))) * PLACE
+        a, b, c, d = load_weights((held - low) * steep, high - low)
+        turn = np.float64(np.int64(phases[i] >> np.uint64(11))) * PLACE
         value = 0.0
         if level < len(levels):
             value = swing_of(pool, levels, level, interval, turn, a, b, c, d)
@@ -175,33 +185,11 @@ def sample(pool, levels, rows, rules, phases, motion, first, stride, values):
             value *= 1.0 - gone
             if level + 1 < len(levels):
                 value += gone * swing_of(pool, levels, level + 1, interval, turn, a, b, c, d)
+        if rules[WITH_MEAN] > 0.0:
+            value += mean_of(rows, rules, interval, load, a, b, c, d)
+        if pressed < rules[LIFT]:
+            value *= gate(pressed, rules[LIFT])
         values[k] = value
-
-
-@inlined
-def add_mean(rows, rules, motion, first, stride, values):
-    """Add the mean of z (m) at the load of each frame. Arguments as in `sample`."""
-    loads = rows[0]
-    last = loads[len(loads) - 1]
-    for k in range(len(values)):
-        load = min(max(motion[LOAD, first + k * stride], 0.0), rules[MOST])
-        if load > last and rules[FULL] > 0.0:
-            values[k] += rules[LAW] + rules[LAW_SLOPE] * load * np.sqrt(load)
-        else:
-            held = min(load, last)
-            interval = interval_of(loads, held)
-            a, b, c, d = load_weights(held - loads[interval], loads[interval + 1] - loads[interval])
-            values[k] += a * rows[1, interval] + b * rows[2, interval]
-            values[k] += c * rows[1, interval + 1] + d * rows[2, interval + 1]
-
-
-@inlined
-def close_gate(lift, motion, first, stride, values):
-    """Fade z where the load is below `lift` (N). Arguments as in `sample`."""
-    for k in range(len(values)):
-        load = max(motion[LOAD, first + k * stride], 0.0)
-        if load < lift:
-            values[k] *= gate(load, lift)
 
 
 @inlined
@@ -243,7 +231,8 @@ def filter_samples(z, weights, hold, gain, skipped, out):
     width, stride = weights.shape
     middle, frames = (width + 1) // 2 - 1, len(out)
     steps = (skipped + frames + stride - 1) // stride
-    changes, column = np.empty(steps + width - 1), np.empty(steps)
+    room = np.empty(steps + width - 1 + steps)
+    changes, column = room[: steps + width - 1], room[steps + width - 1 :]
     for i in range(len(changes)):
         changes[i] = z[i + 1] - z[i]
     for j in range(stride):
@@ -262,25 +251,22 @@ def filter_frames(z, weights, hold, gain, skipped, out, column):
     filter_samples(z, weights, hold, gain, skipped, out[:, column])
 
 
-@signed_kernel("u8(f4[::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[::1], f8[:,::1], f8[::1], u8, f8[::1], f4[:,:], i8)")
-def read_block(pool, levels, rows, weights, rules, motion, position, phase, state, out, column):
+@signed_kernel("u8(f4[::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[::1], f8[::1], f8[:,::1], f8[::1], u8, f4[:,:], i8)")
+def read_block(pool, levels, rows, weights, rules, state, motion, position, phase, out, column):
     """Write the next frames to a column of `out`, update `state`, and return the phase after the last frame.
 
-    pool, levels, rows, rules, motion: as in `sample`.
+    pool, levels, rows, rules: as in `sample`.
     weights: as in `filter_samples`.
-    position, phase: as in `phases.fill_phases`.
+    state, motion, position, phase: as in `TableReader.read`.
     """
     taps, stride, frames = weights.shape[0] + 1, weights.shape[1], len(out)
     count = np.int64(state[COUNT])
     first = (stride - count) % stride
     due = max(0, (frames - first + stride - 1) // stride)
-    phases, z = np.empty(due, dtype=np.uint64), np.empty(taps + due)
-    after = fill_phases(motion, position, phase, rules[RATE], rules[PERIOD], first, stride, phases)
+    phases, z = np.empty(frames, dtype=np.uint64), np.empty(taps + due)
+    after = fill_phases(motion, position, phase, rules[RATE], rules[PERIOD], phases)
     fresh = z[taps:]
     sample(pool, levels, rows, rules, phases, motion, first, stride, fresh)
-    if rules[WITH_MEAN] > 0.0:
-        add_mean(rows, rules, motion, first, stride, fresh)
-    close_gate(rules[LIFT], motion, first, stride, fresh)
     for i in range(taps):
         z[i] = state[HISTORY + i] if state[STARTED] > 0.0 else z[taps]
     # A block begins within the step of the last sample before it, or with a new sample.

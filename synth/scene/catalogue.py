@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import difflib
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from functools import cache
@@ -98,14 +98,18 @@ def catalogue_kinds() -> dict[str, str]:
     return {entry.name: entry.document["texture"]["kind"] for entry in _entries()}
 
 
-def lookup(name: str) -> CatalogueEntry:
-    """Return the entry called `name`. If there is none, raise SceneError with the nearest name."""
+def lookup(name: str, others: Sequence[str] = ()) -> CatalogueEntry:
+    """Return the entry called `name`. If there is none, raise SceneError with the nearest name.
+
+    others: names that are known beside the catalogue, for that error.
+    """
     for entry in _entries():
         if entry.name == name:
             return deepcopy(entry)
-    near = difflib.get_close_matches(name[:64], catalogue_names(), n=1, cutoff=0.0)
-    hint = f'The nearest name is "{near[0]}".'
-    raise SceneError([Fault("", shown(name), f"one of the {len(catalogue_names())} names of the catalogue", hint)])
+    near = difflib.get_close_matches(name[:64], [*catalogue_names(), *others], n=1, cutoff=0.0)
+    allowed = f"one of the {len(catalogue_names())} names of the catalogue"
+    allowed += ", or the name of an imported texture" if others else ""
+    raise SceneError([Fault("/name", shown(name), allowed, f'The nearest name is "{near[0]}".')])
 
 
 @cache

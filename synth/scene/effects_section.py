@@ -201,7 +201,8 @@ def _choose(name: object, settings: object, chosen: dict[str, Any], refusals: li
     elif isinstance(settings, str) and settings == AUTO:
         refusals.append(refusal([name], settings, allowed_of(effect), effect.without_auto))
     else:
-        hint = f"Write {{}} for its defaults: {allowed_of(effect)}."
+        auto = "" if effect.without_auto else '"auto", '
+        hint = f"Write {{}} for its defaults, {auto}or null to leave it out."
         refusals.append(refusal([name], settings, allowed_of(effect), hint))
 
 

@@ -199,7 +199,7 @@ class QuantityList(Rule):
 
     def length_hint(self, count: int) -> str:
         """Return what to write instead of a list of `count` values."""
-        return f"The list has {count}."
+        return f"The list has {count}: write {self.fewest} to {self.most}."
 
     def schema(self) -> dict[str, Any]:
         """Return the schema of the list."""

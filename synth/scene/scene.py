@@ -9,7 +9,7 @@ Limits: an invalid document is refused with all of its faults at once (the first
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
@@ -81,6 +81,7 @@ def _written(given: Fields, section: str) -> Mapping[str, Any]:
     return written if isinstance(written, Mapping) else {}
 
 
+Document = Mapping[str, Any]
 SceneLike = Scene | Mapping[str, Any] | str | os.PathLike[str]
 LARGEST_BYTES = 64 * 2**20  # a day-long trajectory at 10 Hz is 40 MB of text; a larger file is not a scene
 
@@ -99,8 +100,10 @@ def scene_from(source: SceneLike) -> Scene:
     return parse_scene(with_files(source))
 
 
-def document_of(source: str | os.PathLike[str]) -> dict[str, object]:
-    """Return the JSON object of a file, or the document of a catalogue name. Raises SceneError, OSError.
+def document_of(source: str | os.PathLike[str], named: Callable[[str], Document] | None = None) -> dict[str, object]:
+    """Return the JSON object of a file, or the document of a texture's name. Raises SceneError, OSError.
+
+    named: returns the document of a name, or raises SceneError; None knows the catalogue.
 
     A string is a catalogue name if the catalogue has it. It is also treated as a name if it contains no folder, does
     not end in .json, and no such file exists.
@@ -108,7 +111,7 @@ def document_of(source: str | os.PathLike[str]) -> dict[str, object]:
     path = Path(source)
     looks_like_a_name = path.suffix != ".json" and len(path.parts) == 1 and not path.exists()
     if isinstance(source, str) and (source in catalogue_names() or looks_like_a_name):
-        return dict(lookup(source).document)
+        return dict(lookup(source).document if named is None else named(source))
     return object_from_text(_read(path))
 
 

@@ -39,7 +39,7 @@ def object_from_text(text: str | bytes) -> dict[str, object]:
         faults = list(islice(_repetitions(document, ""), MOST_FAULTS)) if repeated else []
     except json.JSONDecodeError as error:
         place = f"line {error.lineno}, column {error.colno}"
-        raise _refusal(f"text that is not JSON at {place}", f"Correct the text there ({error.msg}).") from error
+        raise _refusal(f"text that is not JSON at {place}", "Correct the text there.") from error
     except RecursionError as error:
         raise _refusal("JSON that is nested too deeply", "A scene needs four levels.") from error
     except ValueError as error:

@@ -148,7 +148,7 @@ class HeightList(QuantityList):
     def length_hint(self, count: int) -> str:
         """Return a hint about the number of heights, and about files where the list is too long."""
         more = f" On the command line texture.file takes up to {MOST_HEIGHTS}." if count > self.most else ""
-        return f"The list has {count}.{more}"
+        return f"{super().length_hint(count)}{more}"
 
 
 class MeasuredFields(Section):

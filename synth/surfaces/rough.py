@@ -130,7 +130,7 @@ def _refusals(values: Mapping[str, Any], given: Fields) -> list[Refusal]:
         least = show_quantity(period / MOST_ORDERS, Dimension.LENGTH)
         found.append(refusal([field], written, f"at least {least}", f"The period, {shown}, would have {last} waves."))
     elif longest < shortest or first > last:
-        hint = f"No whole fraction of the period, {shown}, lies between shortest and longest."
+        hint = f"No whole fraction of the period, {shown}, lies between shortest and longest. Write them further apart."
         found.append(refusal([field], written, "a shortest wave below the longest", hint))
     return found
 

@@ -123,8 +123,9 @@ class HandVoice(LiveVoice):
 
     def touch(self, update: Update) -> None:
         """Apply `update` from the next frame on."""
-        over_area = update.across is not None or update.direction is not None
-        self._note("contact", *(update if over_area else update[:5]))
+        if self.log is not None:
+            over_area = update.across is not None or update.direction is not None
+            self._note("contact", *(update if over_area else update[:5]))
         if update.load is None:
             update = update._replace(load=self._load)
         else:

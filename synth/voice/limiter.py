@@ -36,6 +36,7 @@ from synth.arrays import Block
 from synth.kernels import signed_kernel, unfused
 
 Integers = np.ndarray[Any, np.dtype[np.int64]]
+Samples = np.ndarray[tuple[int], np.dtype[np.float32]]
 
 ONE = 1 << 40  # a gain of 1; smaller: rounding is audible in float32; larger: sums of sums exceed 2^63
 LEAST = 1  # -241 dB: the gain for a frame that is not finite; 0 has no value in decibels
@@ -60,30 +61,12 @@ RELEASE_TIME = 0.05  # s; shorter: rougher; longer: the sound stays quiet after 
 
 
 @unfused
-def _fits(block: Block) -> bool:
+def _fits(samples: Samples) -> bool:
     """Return whether every sample is a number within full scale."""
     beyond = 0
-    for i in range(block.shape[0]):
-        for channel in range(block.shape[1]):
-            beyond += not abs(block[i, channel]) <= np.float32(1.0)
+    for i in range(len(samples)):
+        beyond += not abs(samples[i]) <= np.float32(1.0)
     return beyond == 0
-
-
-@unfused
-def _pass_on(block: Block, out: Block, pending: Block, numbers: Integers) -> None:
-    """Delay by len(pending) frames, without any other change."""
-    ahead = len(pending)
-    slot = numbers[FRAME] % max(1, ahead)
-    numbers[FRAME] += len(block)
-    for i in range(block.shape[0]):
-        for channel in range(block.shape[1]):
-            sample = block[i, channel]
-            if ahead > 0:
-                sample, pending[slot, channel] = pending[slot, channel], sample
-            out[i, channel] = sample if abs(sample) >= SMALLEST_NORMAL else SILENCE
-        slot += 1
-        if slot >= ahead:
-            slot = 0
 
 
 @unfused
@@ -126,6 +109,33 @@ def _move(numbers: Integers, first: Integers, second: Integers, queue: Integers,
     second[other] = numbers[FIRST_SUM]
 
 
+@unfused
+def _copy(samples: Samples, to: Samples) -> None:
+    """Copy `samples` to another array of their size."""
+    for i in range(len(to)):
+        to[i] = samples[i]
+
+
+@unfused
+def _limit(
+    block: Block, late: Samples, numbers: Integers, first: Integers, second: Integers, queue: Integers, recovery: int
+) -> None:
+    """Apply the gains of a block to the first frames of `late`: the pending ones, then those of the block."""
+    channels = block.shape[1]
+    taken = len(late) - block.size
+    for i in range(len(block)):
+        _queue(_needed(block, i, numbers), queue, numbers)
+        _move(numbers, first, second, queue, recovery)
+        numbers[LOWEST] = min(numbers[LOWEST], numbers[SECOND_SUM])
+        numbers[FRAME] += 1
+        level = numbers[SECOND_SUM] / (len(first) * len(second) * ONE)
+        for j in range(i * channels, (i + 1) * channels):
+            if not np.isfinite(late[taken + j]):
+                late[taken + j] = SILENCE
+            if level < 1.0:
+                late[j] = np.float32(max(-1.0, min(1.0, late[j] * level)))
+
+
 @signed_kernel("void(f4[:,::1], f4[:,::1], f4[:,::1], i8[::1], i8[::1], i8[::1], i8[:,::1], i8)", fused=False)
 def hold_within(
     block: Block, out: Block, pending: Block, numbers: Integers, first: Integers, second: Integers, queue: Integers,
@@ -140,27 +150,17 @@ def hold_within(
     queue: rising gains that are needed, and the frames that need them [2, ahead + 1].
     recovery: in units of 1 / RECOVERY_ONE.
     """
-    whole = len(first) * len(second) * ONE
-    if numbers[SECOND_SUM] == whole and numbers[QUEUED] == 0 and _fits(block):
-        _pass_on(block, out, pending, numbers)
-        return
-    ahead = len(pending)
-    for i in range(len(block)):
-        _queue(_needed(block, i, numbers), queue, numbers)
-        _move(numbers, first, second, queue, recovery)
-        level = numbers[SECOND_SUM] / whole
-        slot = numbers[FRAME] % max(1, ahead)
-        for channel in range(block.shape[1]):
-            taken = block[i, channel] if np.isfinite(block[i, channel]) else SILENCE
-            given = taken
-            if ahead > 0:
-                given = pending[slot, channel]
-                pending[slot, channel] = taken
-            if level < 1.0:
-                given = np.float32(max(-1.0, min(1.0, given * level)))
-            out[i, channel] = given if abs(given) >= SMALLEST_NORMAL else SILENCE
-        numbers[LOWEST] = min(numbers[LOWEST], numbers[SECOND_SUM])
-        numbers[FRAME] += 1
+    whole, ahead, samples = len(first) * len(second) * ONE, pending.size, out.ravel()
+    late = np.empty(ahead + block.size, np.float32)
+    _copy(pending.ravel(), late[:ahead])
+    _copy(block.ravel(), late[ahead:])
+    if numbers[SECOND_SUM] == whole and numbers[QUEUED] == 0 and _fits(late[ahead:]):
+        numbers[FRAME] += len(block)
+    else:
+        _limit(block, late, numbers, first, second, queue, recovery)
+    for i in range(len(samples)):
+        samples[i] = late[i] if abs(late[i]) >= SMALLEST_NORMAL else SILENCE
+    _copy(late[block.size :], pending.ravel())
 
 
 class Limiter:
@@ -205,7 +205,7 @@ class Limiter:
         return out
 
     def process_into(self, block: Block, out: Block) -> None:
-        """Fill `out`, which may be `block`, without allocating. Both are contiguous float32 [frames, channels]."""
+        """Fill `out`, which may be `block`. Both are contiguous float32 [frames, channels]."""
         if block.shape[1] != self.channels:
             raise ValueError(f"the block has {block.shape[1]} channels, the limiter {self.channels}")
         if block.shape != out.shape or not out.flags.carray:

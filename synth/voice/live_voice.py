@@ -50,7 +50,7 @@ class Change:
 
 
 class LiveVoice:
-    """An endless voice for one listener. Raises CannotRender and SceneError as `synth.plan.preparation.prepare` does.
+    """An endless voice for one listener. Raises SceneError as `synth.plan.preparation.prepare` does.
 
     scene: the first scene.
     cache: responses shared with other voices.
@@ -198,6 +198,7 @@ def fixed_faults(first: Scene, scene: Scene) -> list[Fault]:
     listed = scene.output.channels is not None
 
     def told(one: Scene) -> list[tuple[str, str]]:
+        """Return the pointer and the value, as text, of each field that a stream fixes."""
         channels, added = one.output.channel_list, ", ".join(added_quantities(one)) or "no channel"
         return [
             ("/output/sample_rate", f"{one.output.sample_rate} Hz"),

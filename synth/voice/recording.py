@@ -136,7 +136,8 @@ def _read_head(document: Mapping[str, Any]) -> tuple[Scene, tuple[float, ...], i
         raise _refusal("/version", told, allowed, "Download the recording from a live session.")
     frames, events, scales = document.get("frames"), document.get("events"), document.get("full_scale")
     if not _is_whole(frames):
-        raise _refusal("/frames", shown(frames), "a whole number of frames", AS_DOWNLOADED)
+        value = "nothing" if frames is None else shown(frames)
+        raise _refusal("/frames", value, "a whole number of frames", AS_DOWNLOADED)
     if not isinstance(events, list):
         raise _refusal("/events", shown(events), "a list of events", AS_DOWNLOADED)
     if not isinstance(scales, list) or not scales or not all(_is_number(scale) and scale > 0.0 for scale in scales):

@@ -19,7 +19,7 @@ from synth.arrays import Array, Block
 from synth.contact.forces import FrictionForce, Response, SlopeForce
 from synth.effects.effect import AddedChannel, Passage
 from synth.effects.simulation.running import PRESS, SLOPE, Running, Signal, gates_of
-from synth.errors import CannotRender
+from synth.errors import Fault, SceneError
 from synth.motion.motion import LOAD, SPEED
 from synth.plan.channels import PEAK, ROUNDING, STILL, extent_and_peak, spendable
 from synth.plan.preparation import SERIES_SHARE, Preparation
@@ -112,10 +112,10 @@ class TangentialStage:
             return cls(law, solved, (), None, _simulated_channel(solved, law))
         scan = solved.scene.scan
         if law.pressure_exponent != 1.0 and not solved.contact.of_one_line:
-            raise CannotRender(
-                f"tangential with a pressure_exponent of {law.pressure_exponent:g} needs the pressure of each place, "
-                "which is not computed for a fingertip. Write a pressure_exponent of 1, or finger.kind comb or probe."
-            )
+            allowed = "1 under a fingertip, for which the pressure of each place is not computed"
+            hint = 'Write a pressure_exponent of 1, or finger.kind "comb" or "probe".'
+            value = f"{law.pressure_exponent:g}"
+            raise SceneError([Fault("/effects/tangential/pressure_exponent", value, allowed, hint)])
         direction, mean = math.tanh(scan.speed / law.reversal_speed), law.friction_coefficient * scan.load
         contact = solved.contact.as_profile()
         forces = [Force.of(solved, SlopeForce(contact), cache)]
@@ -137,11 +137,13 @@ class TangentialStage:
             steady, method = (reader, lifted * level), reader.name
         worst = max(error, *(one.error for one in solved.channels))
         if solved.moving and worst > MOST_ERROR:
-            raise CannotRender(
-                "tangential reads a table wherever speed or load change, and this texture has more detail than a table "
-                f"holds: the error would be {worst:.2g} of the peak-to-peak. Give a shorter texture, render a file at "
-                "constant speed and load, or leave tangential out."
+            allowed = f"an error of {MOST_ERROR:g} or less wherever speed or load change, where a table is read"
+            hint = (
+                "The texture has more detail than a table holds. Write a shorter texture, render a file at constant "
+                "speed and load, or leave tangential out."
             )
+            value = f"an error of {worst:.2g} of the peak-to-peak"
+            raise SceneError([Fault("/effects/tangential", value, allowed, hint)])
         channel = AddedChannel(QUANTITY, scale, lifted * extent, error + ROUNDING, method)
         return cls(law, solved, tuple(forces), steady, channel)
 

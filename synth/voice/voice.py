@@ -207,8 +207,8 @@ class Voice:
             if speed_unknown:  # the first frame is silent: the speed is known from the second position on
                 out[0] = 0.0
                 motion, out = motion.part(1), out[1:]
-        if not len(out):
-            return
+            if not len(out):
+                return
         if self._hand is not None:
             self._hand.read(motion, out)
         if self._hand_effects is not None:
@@ -276,7 +276,7 @@ def open_voice(scene: SceneLike, *, cache: ResponseCache | None = None, live: bo
     scene: a Scene, a mapping, the path of a JSON file, or a name of the catalogue.
     cache: responses solved before; by default those of this process.
     live: for an interactive hand, see `Voice`.
-    Raises SceneError for an invalid scene, CannotRender for a scene that cannot be rendered.
+    Raises SceneError for an invalid scene, and for one whose contact cannot be solved.
 
     Example: block = synth.open_voice("grating-1mm-31um").render(480)  # float32 [480, 1], in units of full_scale
     """

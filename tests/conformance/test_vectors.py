@@ -11,6 +11,7 @@ import pytest
 
 from synth.response.table_file import read_table
 from synth.response.table_reader import TableReader
+from tests.conformance.make import hand_on
 from tests.conformance.numpy_reader import read
 
 HERE = Path(__file__).parent
@@ -35,6 +36,16 @@ def test_the_engine_makes_the_samples_from_the_file(quantity: str) -> None:
     reader, out = TableReader.of(table, quantity, HAND["rate"]), np.empty((len(PLACES), 1), np.float32)
     reader.read(reader.start(), motion, PLACES, 0, out, 0)
     assert np.max(np.abs(out[:, 0] - np.array(expected["samples"]))) <= CLOSE * expected["full_scale"]
+
+
+def test_the_samples_are_those_that_make_writes() -> None:
+    made = hand_on(read_table(TABLE))
+    for name in ("places", "speeds", "loads"):
+        assert made[name] == pytest.approx(HAND[name], abs=1e-12)
+    for quantity, expected in HAND["expected"].items():
+        found = made["expected"][quantity]
+        assert found["full_scale"] == pytest.approx(expected["full_scale"], rel=CLOSE)
+        assert found["samples"] == pytest.approx(expected["samples"], abs=CLOSE * expected["full_scale"])
 
 
 def test_the_motion_lifts_touches_lightly_presses_flat_turns_and_passes_the_levels() -> None:

@@ -15,12 +15,24 @@ Real = np.ndarray[Any, np.dtype[np.float64]]
 Heights = Callable[[Real, Real], Real]
 
 IN_A_CELL = 12  # points along and across
+ALONG_A_COMB = 500  # the same of a comb
 
 
 def inside(cell: tuple[float, float]) -> tuple[Real, Real]:
     """Return x and y of IN_A_CELL^2 points of a cell, from its middle; cell: its size along and across."""
     parts = (np.arange(IN_A_CELL) + 0.5) / IN_A_CELL - 0.5
     return np.repeat(parts * cell[0], IN_A_CELL), np.tile(parts * cell[1], IN_A_CELL)
+
+
+def comb(length: float, amplitude: float, period: float, direction: float, y: float) -> tuple[Real, Real, Real, float]:
+    """Return x, y and height (m) of points all over a square comb, and the area of one over A0.
+
+    direction: rad; the comb turns about its middle, at x = length / 2 and `y` (m).
+    """
+    parts = (np.arange(ALONG_A_COMB) + 0.5) * (length / ALONG_A_COMB)
+    u, v = np.repeat(parts, ALONG_A_COMB), np.tile(parts - 0.5 * length, ALONG_A_COMB)
+    place = 0.5 * length + 1j * y + (u - 0.5 * length + 1j * v) * np.exp(1j * direction)
+    return place.real, place.imag, -amplitude * np.cos(2.0 * np.pi * u / period), 1.0 / len(u)
 
 
 def approach(x: Real, y: Real, h1: Real, share: float, heights: Heights, path: Real, indentation: float) -> Real:

@@ -15,37 +15,39 @@ COLUMNS_BEFORE = 8  # of the stored texture, before x = 0
 NO_POINT = -1e20  # heights below it are places without a point of the finger
 
 
-def points_of(grid: Any) -> tuple[Real, Real, Real]:
-    """Return x and y (periods of the texture) and height of four points in every cell of an `AreaGrid`."""
+def points_of(grid: Any) -> tuple[Real, Real, Real, Real]:
+    """Return x and y (periods of the texture), height and share of four points in every cell of an `AreaGrid`."""
     found, there = [], grid.finger[:, 0] > NO_POINT
     for u, v in itertools.product((-QUARTER, QUARTER), repeat=2):
         x = grid.begin[0] + (grid.places[:, :1] - COLUMNS_BEFORE + np.arange(there.shape[1]) + u) / grid.texture.columns
         y = np.broadcast_to(grid.begin[1] + (grid.places[:, 1:] + ROW_DISTANCE * v) / grid.texture.shape[0], x.shape)
         heights = grid.finger[:, 0] + u * grid.finger[:, 1] + v * grid.finger[:, 2]
-        found.append((x[there], y[there], heights[there].astype(float)))
-    x, y, heights = (np.concatenate(one) for one in zip(*found, strict=True))
-    return x, y, heights
+        found.append((x[there], y[there], heights[there].astype(float), grid.finger[:, 3][there].astype(float)))
+    x, y, heights, shares = (np.concatenate(one) for one in zip(*found, strict=True))
+    return x, y, heights, shares
 
 
-def heights_at(grid: Any, phase: float, across: float) -> Real:
-    """Return h1 + h2 (m) of every point of the finger where it has moved by `phase` and `across` (periods)."""
+def heights_at(grid: Any, phase: float, across: float) -> tuple[Real, Real]:
+    """Return h1 + h2 (m) and the share of every point, where the finger has moved by `phase` and `across` (periods)."""
     rows, finer_x, finer_y, _stride, span = (int(one) for one in grid.texture.shape)
     texture = (
         grid.texture.heights.reshape(finer_y, finer_x, rows, span).transpose(2, 0, 3, 1).reshape(rows * finer_y, -1)
     )
-    x, y, h1 = points_of(grid)
+    x, y, h1, shares = points_of(grid)
     x, y = (x - phase) % 1.0 * grid.texture.columns * finer_x, (y - across) % 1.0 * rows * finer_y
     i, j = np.floor(x).astype(int) + COLUMNS_BEFORE * finer_x, np.floor(y).astype(int) % len(texture)
     u, v, after = x - np.floor(x), y - np.floor(y), (j + 1) % len(texture)
     lower = (1.0 - u) * texture[j, i] + u * texture[j, i + 1]
     upper = (1.0 - u) * texture[after, i] + u * texture[after, i + 1]
-    return np.asarray((h1 + (1.0 - v) * lower + v * upper) * grid.height_scale)
+    return np.asarray((h1 + (1.0 - v) * lower + v * upper) * grid.height_scale), shares
 
 
 def approach(grid: Any, phase: float, across: float, indentation: float) -> float:
     """Return z (m): the mean of max(h - z, 0) over A0 is `indentation` (m)."""
-    h = -np.sort(-heights_at(grid, phase, across))
-    levels = (np.cumsum(h) - 4.0 * indentation / grid.cell) / np.arange(1, len(h) + 1)
+    h, shares = heights_at(grid, phase, across)
+    order = np.argsort(-h)
+    h, shares = h[order], shares[order]
+    levels = (np.cumsum(shares * h) - 4.0 * indentation / grid.cell) / np.cumsum(shares)
     return float(levels.max())  # with n points above z; too many or too few give a lower level
 
 

@@ -74,6 +74,9 @@ def test_imported_textures_are_listed_after_the_catalogue(tmp_path: Path, monkey
     for scene, finger in ((entry.document, "comb"), (entry.everyday, "fingertip")):
         told = rw.explain(scene).document()["scene"]
         assert (told["texture"]["surface"], told["finger"].get("kind", "comb")) == (surface.address, finger)
+    assert rw.explain("cloth").document()["scene"] == rw.explain(entry.document).document()["scene"]
+    with pytest.raises(rw.SceneError, match='nearest name is "cloth"'):
+        rw.explain("clothh")
 
 
 def test_the_catalogue_gives_scenes_by_name() -> None:

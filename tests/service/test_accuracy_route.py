@@ -14,7 +14,7 @@ from fastapi import FastAPI
 
 from service.compute.accuracy_process import measure_apart
 from service.compute.measurements import RETRY_SECONDS
-from synth.errors import CannotRender, InvalidRequest
+from synth.errors import CannotRender, InvalidRequest, SceneError
 from synth.scene.scene import parse_scene
 from tests.accuracy_case import CHOSEN, document
 from tests.service.harness import Running, ask, kept_engine, problem, serving, until
@@ -164,6 +164,9 @@ def test_the_measuring_process_hands_on_refusals() -> None:
     with pytest.raises(InvalidRequest) as refused:
         measure_apart(parse_scene({}), "velocity", threading.Event())
     assert "velocity" in refused.value.faults[0].value
+    fine = {"finger": {"kind": "fingertip"}, "texture": {"period": "10 um"}, "output": {"bandwidth": "full"}}
+    with pytest.raises(SceneError, match="a period of 10 um"):
+        measure_apart(parse_scene(fine), None, threading.Event())
 
 
 @pytest.mark.thorough

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import threading
 from typing import Any, get_args
 
@@ -103,6 +104,41 @@ def test_the_faults_of_a_scene_point_into_the_body(app: FastAPI, engine: PlainEn
     assert engine.opened == []
 
 
+UNSOLVABLE: dict[str, tuple[dict[str, Any], str]] = {
+    "a finger too flat": ({"effects": {"curvature": {"radius": 1000}}}, "/finger"),
+    "a texture too fine for a fingertip": (
+        {"finger": {"kind": "fingertip"}, "texture": {"period": "10 um", "amplitude": "1 um"}, "scan": {"speed": 1e-3}},
+        "/texture",
+    ),
+    "a texture too large for its finger": (
+        {
+            "finger": {"contact_length": "10 um"},
+            "texture": {
+                "kind": "dots",
+                "period": "0.2 m",
+                "row_distance": "0.1 m",
+                "dot_diameter": "20 um",
+                "dot_height": "1 um",
+            },
+        },
+        "/texture",
+    ),
+}
+
+
+@pytest.mark.parametrize("route", ["render", "explain", "sessions", "picture"])
+@pytest.mark.parametrize("name", UNSOLVABLE)
+def test_a_scene_whose_contact_cannot_be_solved_is_refused_with_its_field(route: str, name: str) -> None:
+    scene, pointer = UNSOLVABLE[name]
+    within = route == "picture"
+    answer = ask(
+        create_app(settings_of(), SynthEngine(0)), "POST", f"/v1/{route}", json={"scene": scene} if within else scene
+    )
+    (fault,) = problem(answer, 422, "scene-refused")["errors"]
+    assert fault["pointer"] == ("/scene" if within else "") + pointer
+    assert re.search(r"\d u?m\b", fault["value"]) and fault["allowed"] and fault["hint"].startswith("Write ")
+
+
 def test_the_document_has_the_ranges_of_the_engine() -> None:
     points, phases = BODY["properties"]["points"], BODY["properties"]["phases"]  # type: ignore[index]
     assert (points["minimum"], points["maximum"]) == (picture.FEWEST_POINTS, picture.MOST_POINTS)
@@ -173,3 +209,22 @@ def test_every_curve_is_available(app: FastAPI) -> None:
 def test_an_invalid_threshold_is_refused(app: FastAPI, query: str, pointer: str) -> None:
     document = problem(ask(app, "GET", f"/v1/threshold?{query}"), 422, "request-refused")
     assert document["errors"][0]["pointer"] == pointer
+
+
+@pytest.mark.parametrize(
+    ("query", "allowed", "hint"),
+    [
+        ("threshold?low=0", "0.1 to 100000 Hz", "Write a number without its unit, such as 0.1."),
+        ("threshold?points=1e9", "a whole number, 2 to 10000", "Write a number, such as 2."),
+        ("threshold?name=fingertop", "fingertip, probe, pen", "Write fingertip."),
+        ("threshold?colour=red", "the parameters name, low, high, points", "Leave it out."),
+        ("threshold?lo=1", "the parameters name, low, high, points", 'The nearest known parameter is "low".'),
+        ("sessions/none/stream?duration=1s", "0.001 s or more", "Write a number without its unit, such as 0.001."),
+        ("textures/none/surface?format=x3", "npy, x3p", "Write x3p."),
+    ],
+)
+def test_a_fault_of_a_query_has_the_range_with_its_unit_and_what_to_write(
+    app: FastAPI, query: str, allowed: str, hint: str
+) -> None:
+    (fault,) = problem(ask(app, "GET", f"/v1/{query}"), 422, "request-refused")["errors"]
+    assert (fault["allowed"], fault["hint"]) == (allowed, hint)

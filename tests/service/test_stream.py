@@ -87,7 +87,8 @@ def test_accept_chooses_and_flac_does_not_stream(running: Running) -> None:
     assert running.client.head(path, headers={"Accept": "audio/L16"}).headers["content-type"].startswith("audio/L16")
     problem(running.client.get(path, headers={"Accept": "audio/flac"}), 406, "not-acceptable")
     for query in ("format=flac", "format=flac&duration=0.1"):
-        problem(running.client.get(f"{path}?{query}"), 422, "request-refused")
+        (fault,) = problem(running.client.get(f"{path}?{query}"), 422, "request-refused")["errors"]
+        assert fault["pointer"] == "?format" and fault["hint"].startswith("Write wav24")
 
 
 @pytest.mark.parametrize("query", ["duration=0", "duration=-1", "duration=nan", "duration=inf", "duration=3601", "x=1"])

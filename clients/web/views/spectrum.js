@@ -16,7 +16,8 @@ const EVERY = 40; // ms between drawings
 const LOWEST = 10; // Hz
 const HIGHEST = 5000; // Hz
 const DECADES = 5; // of amplitude
-const MARK_ROOM = 20; // CSS px between labels of harmonics
+const MARK_ROOM = 8; // CSS px between labels of harmonics
+const FIRST_LEFT = 8; // CSS px by which the label of the fundamental, which is long, begins to the left of its line
 const LINE_ROOM = 8; // CSS px between marks of harmonics
 
 export class Spectrum {
@@ -100,14 +101,18 @@ export class Spectrum {
   }
 
   #marks(across) {
+    const { context } = this.panel;
     const marks = [];
     let free = -Infinity;
+    context.font = this.panel.font(11);
     this.#harmonics.forEach((frequency, index) => {
       if (frequency < across.low || frequency > across.high) return;
       const x = across.place(frequency);
       const label = index === 0 ? `u/λ ${inWords(frequency, "Hz")}` : String(index + 1);
-      const told = x >= free;
-      if (told) free = x + (index === 0 ? 40 : 0) + MARK_ROOM;
+      const wide = context.measureText(label).width;
+      const left = index === 0 ? x - FIRST_LEFT : x - wide / 2;
+      const told = left >= free;
+      if (told) free = left + wide + MARK_ROOM;
       if (told || x - (marks.at(-1)?.x ?? -Infinity) >= LINE_ROOM)
         marks.push({ frequency, x, label: told ? label : "" });
     });
@@ -183,8 +188,9 @@ export class Spectrum {
     for (const { x, label } of marks) {
       context.moveTo(x, label ? box.top - 4 : box.top + 6);
       context.lineTo(x, box.bottom);
-      context.textAlign = label.length > 3 ? "left" : "center";
-      context.fillText(label, label.length > 3 ? x - 8 : x, box.top - 8);
+      const first = label.startsWith("u");
+      context.textAlign = first ? "left" : "center";
+      context.fillText(label, first ? x - FIRST_LEFT : x, box.top - 8);
     }
     context.stroke();
     context.setLineDash([]);

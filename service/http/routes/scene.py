@@ -32,13 +32,16 @@ BODY = {
 }
 
 
+Frequency = Annotated[float, Field(ge=0.1, le=1e5, allow_inf_nan=False, json_schema_extra={"x-unit": "Hz"})]
+
+
 class ThresholdParameters(BaseModel):
     """The query of a threshold."""
 
     model_config = ConfigDict(extra="forbid")
     name: Literal["fingertip", "probe", "pen"] = Field(default="fingertip", description="Name of the curve.")
-    low: float = Field(default=1.0, ge=0.1, le=1e5, allow_inf_nan=False, description="Lowest frequency, Hz.")
-    high: float = Field(default=1000.0, ge=0.1, le=1e5, allow_inf_nan=False, description="Highest frequency, Hz.")
+    low: Frequency = Field(default=1.0, description="Lowest frequency, Hz.")
+    high: Frequency = Field(default=1000.0, description="Highest frequency, Hz.")
     points: int = Field(default=200, ge=2, le=10_000, description="Number of frequencies.")
 
 

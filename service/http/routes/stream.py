@@ -35,7 +35,11 @@ class StreamParameters(BaseModel):
         default=None, description="Sound format; wins over Accept. FLAC does not stream."
     )
     duration: float | None = Field(
-        default=None, ge=0.001, allow_inf_nan=False, description="Seconds; without it, the stream is endless."
+        default=None,
+        ge=0.001,
+        allow_inf_nan=False,
+        description="Seconds; without it, the stream is endless.",
+        json_schema_extra={"x-unit": "s"},
     )
 
 
@@ -82,6 +86,7 @@ async def stream(request: Request, session_id: str, parameters: Annotated[Stream
     service.metrics.stream_opened("http")
 
     def released() -> None:
+        """Give back what the stream holds: its place as the reader, and its part of the limits."""
         _release(session, reader)
         ticket.release()
         service.metrics.stream_closed("http")

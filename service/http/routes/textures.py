@@ -22,7 +22,7 @@ from service.lifespan import service_of
 from service.problems import Problem
 from service.store.store import StoredTexture
 from synth.errors import SceneError
-from synth.scene.catalogue import CatalogueEntry, catalogue, catalogue_names, lookup
+from synth.scene.catalogue import CatalogueEntry, catalogue, lookup
 
 router = APIRouter(tags=["textures"])
 A_DAY = "public, max-age=86400"
@@ -91,13 +91,9 @@ async def texture_picture(request: Request, name: str) -> Response:
 
 
 async def _entry(request: Request, name: str) -> CatalogueEntry | StoredTexture:
-    if name not in catalogue_names():
-        own = service_of(request).textures
-        found = await asyncio.to_thread(own.store.find, own.owner(request.scope.get(KEY)), name)
-        if found is not None:
-            return found
+    own = service_of(request).textures
     try:
-        return lookup(name)
+        return await asyncio.to_thread(own.store.entry, own.owner(request.scope.get(KEY)), name)
     except SceneError as error:
         raise Problem("not-found", error.faults[0].sentence(), error.faults) from error
 

@@ -40,7 +40,7 @@ from synth.kernels import signed_kernel
 from synth.motion.motion import LOAD, LOAD_RATE, SPEED, Motion
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
 from synth.response.lift_gate import gate
-from synth.response.phases import fill_phases, phase_step, turns_to_phase
+from synth.response.phases import phase_step, phases_of, turns_to_phase
 from synth.scene.scene import Scene
 
 RESPONSE, SLOPE, PRESS, WHOLE = range(4)
@@ -264,13 +264,7 @@ def phases_after(motion: Motion, phase: int, rate: int, period: float) -> tuple[
     """
     samples, position = np.ascontiguousarray(motion.samples), np.ascontiguousarray(motion.position)
     phases = np.empty(motion.frames, np.uint64)
-    return phases, int(place_frames(samples, position, np.uint64(phase), float(rate), period, phases))
-
-
-@signed_kernel("u8(f8[:,::1], f8[::1], u8, f8, f8, u8[::1])")
-def place_frames(motion, position, phase, rate, period, phases):
-    """Write the phase of each frame. Return the phase after the last: `response.phases`, compiled."""
-    return fill_phases(motion, position, phase, rate, period, 0, 1, phases)
+    return phases, int(phases_of(samples, position, np.uint64(phase), float(rate), period, phases))
 
 
 @signed_kernel("void(u8[::1], f8[:,::1], u8, f8[::1], i8, f8, f8, u8[::1], f8[::1])")

@@ -67,13 +67,13 @@ from synth.effects.simulation.steps import (
 )
 from synth.effects.simulation.terms import DECAY, ELASTIC, FOLLOW, HARDNESS, KEEP, LOSE, Skin
 from synth.kernels import inner, signed_kernel
-from synth.response.phases import HALF_TURN
+from synth.response.phases import TURN
 
 AT_REST = 16 * 2.0**-52  # of 1 + |z|: smaller moves are rounding and count as none, so a finger at rest stays there
 SETTLED = 1e-17  # of 1 + |z|: error of z after the last iteration; with more, errors above 1e-15 are seen
 MOST_PASSES = 80  # never reached in the tests; bounds the time of a step
 BELOW = 1e-9  # of 1 + |z|: taken off the lower bound of z, so that rounding cannot put the bound above z
-TURNS = 0.5 / HALF_TURN  # turns per unit of a phase that is read as a signed number
+TURNS = 1.0 / TURN  # turns per unit of a phase that is read as a signed number
 TINY = 1e-200  # of a1 + a2: rounds memories to multiples of 1e-216, so that none becomes a slow denormal number
 
 HELD, FREE = 0, 1  # the two states of a point

@@ -62,6 +62,8 @@ def read_options(fields: Mapping[str, Any]) -> ImportOptions:
 
 
 def _choice(names: tuple[str, ...]) -> Callable[[Any], str]:
+    """Return a reader of one of `names`."""
+
     def read(value: Any) -> str:
         if value not in names:
             raise QuantityError(", ".join(names), f"Write {names[0]}.")
@@ -71,6 +73,7 @@ def _choice(names: tuple[str, ...]) -> Callable[[Any], str]:
 
 
 def _length(low: float, high: float) -> Callable[[Any], float]:
+    """Return a reader of a length (m) from `low` to `high`."""
     allowed = f"{show_quantity(low, Dimension.LENGTH)} to {show_quantity(high, Dimension.LENGTH)}"
 
     def read(value: Any) -> float:

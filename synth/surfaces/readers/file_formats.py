@@ -56,8 +56,10 @@ def read_surface_file(path: Path, ending: str | None = None) -> SurfaceFile:
     Raises InvalidRequest for a file that is too large, damaged, or of no known format; OSError if it cannot be opened.
     """
     ending = (path.suffix if ending is None else ending).lower()
-    if path.exists() and not path.is_file():
-        refuse_file("not a file", "a file of heights", "Name a file.")
+    if not path.exists():
+        refuse_file(f"no file {path.name!r}", "a file that exists", "Check the path.")
+    if not path.is_file():
+        refuse_file("a folder" if path.is_dir() else "a device or a pipe", "a file of heights", "Name a file.")
     size = path.stat().st_size
     if size > LARGEST_FILE:
         refuse_file(f"{size} bytes", f"at most {LARGEST_FILE} bytes", "Crop it, or keep every second point.")

@@ -8,14 +8,18 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from clients.command_line.parser import parse
 from clients.command_line.scene_argument import patch_of, read_document, read_scene, value_of
+from service.store.own_textures import own_store
+from service.store.store import Quota
 from synth.errors import InvalidRequest
 from synth.scene.catalogue import catalogue
+from synth.surfaces.surface_data import SurfaceData
 
 
 def words(*given: str) -> argparse.Namespace:
@@ -64,8 +68,32 @@ def test_the_everyday_scan_of_a_name_is_a_scene_that_changes_apply_to() -> None:
     assert read_scene(words("denim-72x56")).finger.kind == "comb"
 
 
-def test_only_a_name_of_the_catalogue_has_an_everyday_scan(scene_file: str) -> None:
-    assert "a name from the catalogue" in fault_of(scene_file, "--everyday")
+@pytest.fixture
+def cloth(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Return the name of an imported texture."""
+    monkeypatch.setenv("RIDGEWAVE_DATA_FOLDER", str(tmp_path))
+    surface = SurfaceData(np.array([0.0, 1e-6, 0.0, -1e-6], np.float32), (1e-4,))
+    own_store().keep("", "my-cloth", surface, "profile", {"file": "a.csv"}, Quota())
+    return "my-cloth"
+
+
+def test_an_imported_texture_has_an_everyday_scan_too(cloth: str) -> None:
+    alone, everyday = read_scene(words(cloth)), read_scene(words(cloth, "--everyday", "--set", "scan.load=0.5N"))
+    assert (alone.finger.kind, everyday.finger.kind) == ("comb", "fingertip")
+    assert alone.texture == everyday.texture and alone.texture.kind == "profile"
+    assert (everyday.scan.load, everyday.scan.speed) == (0.5, 0.08)
+
+
+def test_the_nearest_name_may_be_that_of_an_imported_texture(cloth: str) -> None:
+    for arguments in (("my-clot",), ("my-clot", "--everyday"), ("denim-72x56", "--set", "texture.kind=my-clot")):
+        assert f'"{cloth}"' in fault_of(*arguments)
+    assert '"denim-72x56"' in fault_of("denim-72x5")
+
+
+@pytest.mark.usefixtures("cloth")
+def test_only_a_name_has_an_everyday_scan(scene_file: str) -> None:
+    for scene in (scene_file, "-", "none.json"):
+        assert "a texture's name as SCENE" in fault_of(scene, "--everyday")
 
 
 def test_a_catalogue_name_wins_over_a_file_of_that_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -73,7 +73,7 @@ def test_a_truncated_recording_is_refused_with_its_place(tmp_path: Path, ridgewa
     path.write_text(json.dumps({"format": "ridgewave-recording", "version": 1, "scene": {}, "events": []}))
     done = ridgewave("render", str(path), "-o", str(tmp_path / "out.wav"))
     assert done.returncode == 2
-    assert b"frames: got None" in done.stderr and b"Traceback" not in done.stderr
+    assert b"frames: got nothing" in done.stderr and b"Traceback" not in done.stderr
 
 
 def test_an_exact_render_is_close_and_for_a_scene_it_is_refused(

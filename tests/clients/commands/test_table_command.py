@@ -17,6 +17,8 @@ def test_a_table_is_written_and_replaces_a_file_unless_no_clobber(ridgewave: Run
     assert told["bytes"] == path.stat().st_size
     assert told["covered_n"] == list(table.covered)
     assert 0.0 < told["largest_error"]["displacement"] < told["largest_error"]["acceleration"] < 0.1
+    again = ridgewave("table", "grating-800um-40um", "-o", str(path))
+    assert b"of the peak-to-peak" in again.stdout and b"{" not in again.stdout and b"replaced" in again.stderr
     kept = ridgewave("table", "grating-800um-40um", "-o", str(path), "--no-clobber")
     assert kept.returncode == 2
     assert [file.name for file in tmp_path.iterdir()] == ["one.safetensors"]

@@ -31,7 +31,7 @@ EXCLUSIVE = {
 def test_all_changes_are_undone_and_redone(watched_page: tuple[Page, Watch]) -> None:
     touch_page, watch = watched_page
     watch.allow(REFUSED)
-    draw = random.Random(8)  # its scenes are rendered or invalid; one that this machine cannot render is a 503
+    draw = random.Random(8)  # its scenes are rendered or refused
     scenes = [START_SCENE, *(drawn_scene(draw) for _ in range(5))]
     for scene in scenes[1:]:
         touch_page.evaluate("(scene) => ridgewave.state.take(scene)", scene)

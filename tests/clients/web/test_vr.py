@@ -247,6 +247,22 @@ def test_silence_takes_every_finger_off(table: Page) -> None:
     assert table.get_attribute("#silence", "aria-pressed") == "false"
 
 
+def test_the_table_stays_where_it_is_when_the_limiter_reports(table: Page) -> None:
+    size = table.viewport_size
+    assert size is not None
+    for width in (size["width"], 640):
+        table.set_viewport_size({"width": width, "height": size["height"]})
+        tops = []
+        for words in ("The limiter reduces this swatch by 9 dB.", ""):
+            table.evaluate("(words) => { document.querySelector('#limiter').textContent = words; }", words)
+            table.evaluate("(hidden) => { document.querySelector('#rescale').hidden = hidden; }", not words)
+            box = table.locator("#view").bounding_box()
+            assert box is not None
+            tops.append(box["y"])
+        assert tops[0] == tops[1]
+    table.set_viewport_size(size)
+
+
 def test_a_button_that_cannot_enter_says_why(table: Page) -> None:
     table.evaluate("() => { window.xr = navigator.xr; }")
     for before, sentence in (

@@ -112,6 +112,28 @@ def test_harmonics_are_marked_where_they_belong(plain: Page) -> None:
     assert push(plain, "spectrum", [[100.0, 0.5]])["marks"] == []
 
 
+WIDTHS = """(labels) => {
+  const { context } = views.spectrum.panel;
+  context.font = views.spectrum.panel.font(11);
+  return labels.map((label) => context.measureText(label).width);
+}"""
+
+
+def test_the_labels_of_harmonics_do_not_touch(plain: Page) -> None:
+    size = plain.viewport_size
+    assert size is not None
+    plain.set_viewport_size({"width": 462, "height": 800})
+    plain.wait_for_function("() => views.spectrum.panel.width < 440")
+    for fundamental in (12.3, 29.6, 99.0):
+        plain.evaluate("(f) => views.spectrum.mark(Array.from({length: 60}, (_, n) => (n + 1) * f))", fundamental)
+        told = [mark for mark in push(plain, "spectrum", [[100.0, 0.5]])["marks"] if mark["label"]]
+        wide = np.array(plain.evaluate(WIDTHS, [mark["label"] for mark in told]))
+        begins = np.array([mark["x"] for mark in told]) - 0.5 * wide
+        begins[0] = told[0]["x"] - 8.0
+        assert len(told) > 2 and np.all(begins[1:] > (begins + wide)[:-1] + 5.0)
+    plain.set_viewport_size(size)
+
+
 @pytest.mark.parametrize("quantity", ORDERS)
 def test_the_waveform_is_in_physical_units(page: Page, quantity: str) -> None:
     drawn = push(page, "waveform", [[97.3, 0.5]], quantity, fullScale=2e-3)

@@ -131,6 +131,33 @@ def test_text_that_is_not_json_closes_with_1007_after_a_fade() -> None:
     assert driver.order()[-2:] == ["pcm", "end"] and driver.pcm()[-1] == 0.0
 
 
+RANGE = "Write a number in this range."
+
+
+@pytest.mark.parametrize(
+    ("text", "allowed", "hint"),
+    [
+        ('{"type":"contact","seq":-1,"time":0,"speed":0}', "whole, 0 to 4294967295", RANGE),
+        ('{"type":"contact","seq":1,"time":0,"speed":"9 mm/s"}', "-10 to 10 m/s", "Write a number without a unit."),
+        (
+            '{"type":"contact","seq":1,"time":0,"speed":0,"load":1e9}',
+            "-1000 to 1000 N",
+            "Write a number in this range.",
+        ),
+        ('{"type":"more","frames":1e9}', "whole, 1 to 10000000 frames", RANGE),
+        ('{"type":"more"}', "whole, 1 to 10000000 frames", "Add frames."),
+        ('{"type":"scene","scene":[]}', "an object", "Write an object."),
+        ('{"type":"stop","now":1}', "type", "Leave it out."),
+    ],
+)
+def test_a_fault_of_a_message_has_the_range_with_its_unit_and_what_to_write(text: str, allowed: str, hint: str) -> None:
+    driver = started()
+    driver.text(text)
+    (found,) = driver.texts("problem")
+    (fault,) = found["errors"]
+    assert (fault["allowed"], fault["hint"]) == (allowed, hint)
+
+
 @pytest.mark.parametrize(
     ("text", "pointer"),
     [

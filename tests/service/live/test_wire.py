@@ -13,7 +13,7 @@ from service.live.messages import V1, V2, Version
 from service.sessions.session import Session
 from synth.motion.motion import Update
 from synth.scene.scene import parse_scene
-from tests.service.harness import Running, problem, serving, until
+from tests.service.harness import Running, kept_engine, problem, serving, until
 from tests.service.live.client import live
 from tests.service.live.driver import place
 from tests.service.plain_engine import PlainEngine, warmed_up
@@ -257,6 +257,16 @@ def test_an_engine_that_cannot_or_fails_says_so_and_no_more() -> None:
             assert client.code == code
             (found,) = client.texts("problem")
             assert found["problem"] == f"/docs#problem-{kind}" and "secret" not in json.dumps(found)
+
+
+def test_a_scene_whose_contact_cannot_be_solved_is_the_clients_to_change() -> None:
+    flat = {"effects": {"curvature": {"radius": 1000}}}
+    with serving(kept_engine()) as running, live(running) as client:
+        client.say("hello", scene=flat)
+        client.rest()
+        assert client.code == 1008
+        (found,) = client.texts("problem")
+        assert found["problem"] == "/docs#problem-scene-refused" and found["errors"][0]["pointer"] == "/finger"
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from synth.accuracy.methods import case_of, chosen_method, methods_of
 from synth.accuracy.report import REPEATS, AccuracyReport, Measured, measure_accuracy, reference_of
 from synth.contact.scene_contact import contact_of
 from synth.contact.stiffness import Stiffness
-from synth.errors import CannotRender, InvalidRequest
+from synth.errors import InvalidRequest
 from synth.perception.threshold import threshold_displacement
 from synth.plan.scene_table import read_error, table_of_scene
 from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
@@ -312,7 +312,7 @@ def test_a_quantity_that_the_scene_lacks_is_an_invalid_request() -> None:
 )
 def test_nothing_is_measured_where_nothing_moves(sections: dict[str, Any]) -> None:
     output = {"sample_rate": 8000}
-    with pytest.raises(CannotRender, match="nothing to measure"):
+    with pytest.raises(InvalidRequest, match="nothing to measure"):
         measure_accuracy(scene_of(**sections, output=output))
 
 

@@ -1,4 +1,4 @@
-"""How far z of a finger over an area is from that of smaller cells: docs/scene.md tells it, and no plan counts it."""
+"""The error of the cells of a finger over an area: files tell it, and make the cells smaller until they keep it."""
 
 from __future__ import annotations
 
@@ -7,10 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from synth.contact.area_contact import CombOnArea, beside_edge
+from synth.contact.fingertip import FingertipContact
 from synth.contact.scene_contact import contact_of
-from synth.scene.scene import parse_scene
+from synth.plan.preparation import prepare
+from synth.response.response_cache import ResponseCache
+from synth.response.spectrum import Demand, curves, harmonics_of, points_for, solve_spectrum
+from synth.scene.scene import Scene, parse_scene
+from tests.few import thorough
 
-PLACES = 24
 SCENES: dict[str, tuple[dict[str, Any], float, float]] = {
     "lattice": ({"period": "1.7 mm", "row_distance": "1.3 mm", "dot_diameter": "0.7 mm"}, 0.0, 0.4),
     "turned": ({"period": "2.9 mm", "row_distance": "2.1 mm", "dot_diameter": "1.4 mm"}, 1.2, 0.2),
@@ -21,17 +26,89 @@ SCENES: dict[str, tuple[dict[str, Any], float, float]] = {
     ),
 }
 """Dots, the direction of the finger (rad), and the load (N)."""
-MOST = {"fingertip": 3e-3, "comb": 3e-2}
+HIGHEST = 20  # harmonics
+ORDERS = (0, 1, 2)
+MOST = {"fingertip": 3e-3, "comb": 1e-2}
+
+
+def scene_of(kind: str, name: str) -> tuple[Scene, float]:
+    """Return a scene of dots and its load (N)."""
+    dots, direction, load = SCENES[name]
+    finger, scan = {"kind": kind, "contact_length": "3.7 mm"}, {"direction": direction, "load": load}
+    return parse_scene({"finger": finger, "texture": {"kind": "dots", **dots}, "scan": scan}), load
+
+
+def random_scene(kind: str, seed: int) -> tuple[Scene, float]:
+    """Return a random scene of dots and its load (N)."""
+    random = np.random.default_rng([41, seed])
+    period, rows = random.uniform(1e-3, 3e-3, 2).tolist()
+    height = float(random.choice([-1.0, 1.0]) * random.uniform(15e-6, 60e-6))
+    sizes = {"dot_diameter": float(random.uniform(0.5, 0.9)) * min(period, rows), "dot_height": height}
+    load = float(10.0 ** random.uniform(-1.3, 0.3))
+    finger = {"kind": kind, "contact_length": float(random.uniform(2e-3, 4e-3))}
+    scan = {"direction": float(random.uniform(-3.0, 3.0)), "y": float(random.uniform(-1e-3, 1e-3)), "load": load}
+    texture = {"kind": "dots", "period": period, "row_distance": rows, **sizes}
+    return parse_scene({"finger": finger, "texture": texture, "scan": scan}), load
+
+
+def check_series(scene: Scene, load: float, tolerance: float, smallest: float) -> None:
+    """Compare the series of a file with that of cells of the size `smallest`."""
+    found = solve_spectrum(contact_of(scene, refines=True), load, Demand(HIGHEST, ORDERS, tolerance))
+    phases = np.arange(found.phases) / found.phases
+    exact = harmonics_of(contact_of(scene, coarser=smallest).approach(phases, load)[0], HIGHEST)
+    points = points_for(HIGHEST)
+    for order, told in zip(ORDERS, found.errors, strict=True):
+        gap, moved = (curves(one, order, points) for one in (found.harmonics - exact, exact))
+        assert np.max(np.abs(gap)) <= told * np.ptp(moved)
+        assert told <= tolerance
+
+
+@pytest.mark.parametrize("kind", MOST)
+@pytest.mark.parametrize("name", SCENES)
+def test_a_file_keeps_its_tolerance_and_its_told_error(kind: str, name: str) -> None:
+    check_series(*scene_of(kind, name), 1e-2, 0.125)
+
+
+@pytest.mark.parametrize("kind", MOST)
+@pytest.mark.parametrize("seed", [thorough(seed) for seed in range(8)])
+def test_random_files_keep_their_tolerance_and_their_told_error(kind: str, seed: int) -> None:
+    check_series(*random_scene(kind, seed), 1e-2, 0.125)
 
 
 @pytest.mark.parametrize("kind", MOST)
 @pytest.mark.parametrize("name", SCENES)
 def test_cells_half_as_large_change_z_little(kind: str, name: str) -> None:
-    dots, direction, load = SCENES[name]
-    finger, scan = {"kind": kind, "contact_length": "3.7 mm"}, {"direction": direction, "load": load}
-    scene = parse_scene({"finger": finger, "texture": {"kind": "dots", **dots}, "scan": scan})
-    phases, loads = np.arange(PLACES) / PLACES, np.full(PLACES, load)
-    coarse, fine = (contact_of(scene, None, coarser).heights(phases, loads) for coarser in (1.0, 0.5))
+    scene, load = scene_of(kind, name)
+    contact = contact_of(scene)
+    assert isinstance(contact, FingertipContact | CombOnArea)
+    smaller, phases = contact.halved(), np.arange(24) / 24
+    assert smaller is not None
+    coarse, fine = (one.heights(phases, np.full(24, load)) for one in (contact, smaller))
     change = coarse - fine
     found = float(np.max(np.abs(change - np.mean(change))) / np.ptp(fine))
     assert found <= MOST[kind]
+
+
+@pytest.mark.parametrize(("length", "coarser"), [("2.3 mm", 0.5), ("42.3 mm", 1.0)])
+def test_a_file_along_a_path_tells_the_error_of_its_cells(length: str, coarser: float) -> None:
+    """On a small finger the cells become smaller; on a large one that would take too long."""
+    path = [[0.05 * n, 4e-3 * n, 1e-3 * n, 0.0, 0.3] for n in range(5)]
+    scan, finger = {"trajectory": path}, {"contact_length": length}
+    scene = {"finger": finger, "texture": {"kind": "dots"}, "scan": scan, "accuracy": {"tolerance": 0.03}}
+    solved = prepare(parse_scene(scene), ResponseCache())
+    assert solved.frames is not None and isinstance(solved.contact, CombOnArea)
+    error = max(solved.frames.errors)
+    assert solved.contact.coarser == coarser
+    assert error <= 0.03 if coarser < 1.0 else 0.01 < error < 0.3
+
+
+def test_the_share_of_a_cell_inside_an_edge_is_that_of_its_places() -> None:
+    random = np.random.default_rng(2)
+    parts = (np.arange(400) + 0.5) / 400 - 0.5
+    for _ in range(40):
+        along, across, distance = random.uniform(-1.0, 1.0, 3).tolist()
+        inside = distance + along * parts[:, np.newaxis] + across * parts > 0.0
+        assert beside_edge(np.array([distance]), along, across)[0] == pytest.approx(np.mean(inside), abs=3e-3)
+    assert beside_edge(np.array([-1.0, 0.0, 0.1, 1.0]), 0.4, 0.0).tolist() == pytest.approx(
+        [0.0, 0.5, 0.75, 1.0], abs=1e-3
+    )

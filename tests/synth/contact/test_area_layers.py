@@ -33,8 +33,8 @@ def sums(grid: AreaGrid, places: Any, z: float) -> Any:
     """Return F (m) at the level `z` (m), at each of `places` (column, row), by a sum over the points."""
     found = []
     for column, row in places:
-        heights = layered_oracle.heights_at(grid, column / SIZE[0], row / SIZE[1])
-        found.append(0.25 * grid.cell * float(np.sum(np.maximum(heights - z, 0.0))))
+        heights, shares = layered_oracle.heights_at(grid, column / SIZE[0], row / SIZE[1])
+        found.append(0.25 * grid.cell * float(np.sum(shares * np.maximum(heights - z, 0.0))))
     return np.array(found)
 
 
@@ -77,7 +77,7 @@ def test_below_all_points_f_falls_in_a_straight_line() -> None:
         if len(line) == 2:
             break
     numbers, found = (np.concatenate(one).astype(float) for one in zip(*line, strict=True))
-    points = int(np.sum(grid.finger[:, 0] > -1e20))
+    points = float(np.sum(grid.finger[:, 3]))
     wanted = points * grid.cell * layers.plan.step * grid.height_scale
     assert np.diff(found) / -np.diff(numbers) == pytest.approx(wanted, rel=1e-3)
 

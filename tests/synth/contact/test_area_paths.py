@@ -11,7 +11,7 @@ import pytest
 from synth.contact.area_contact import CombOnArea
 from synth.contact.area_grid import AreaGrid
 from synth.contact.area_path import OVERLAP, TURN_STEP, coarsened, heights_along
-from synth.contact.area_solver import BEFORE, ROW, WIDE
+from synth.contact.area_solver import BEFORE
 from synth.contact.fingertip import FingertipContact
 from synth.contact.scene_contact import contact_of
 from synth.scene.scene import parse_scene
@@ -20,7 +20,7 @@ from synth.surfaces.measured_area import MeasuredArea
 from synth.surfaces.surface_data import SurfaceData
 from tests.few import thorough
 from tests.reference import area_oracle
-from tests.reference.fingertip_oracle import Print
+from tests.synth.contact.area_points import cells_drawn_anew, points_of
 from tests.synth.contact.test_area_grid import on_field
 
 SMALL = {"contact_length": "2.2 mm", "ridge_amplitude": "60 um"}
@@ -48,33 +48,6 @@ def texture_of(found: FingertipContact | CombOnArea) -> Dots:
     return found.geometry.profile
 
 
-def drawn(found: FingertipContact | CombOnArea, direction: float) -> tuple[Any, Any, Any, float]:
-    """Return x, y and height (m) of points in every cell of a turned finger [cells, points], and their area over A0.
-
-    The places of the cells are those of the solver; the heights are drawn anew.
-    """
-    grid, texture = found.grid_at(direction), texture_of(found)
-    step, there = grid.texture.step, grid.finger[:, 0] > -1e20
-    column = grid.places[:, :1] - BEFORE + np.arange(WIDE)
-    row = np.broadcast_to(grid.places[:, 1:], column.shape)
-    beside, beyond = area_oracle.inside((step[0], ROW * step[1]))
-    x = (grid.begin[0] * texture.period + column * step[0])[there][:, np.newaxis] + beside
-    y = (grid.begin[1] * texture.across + row * step[1])[there][:, np.newaxis] + beyond
-    share = grid.cell / len(beside)
-    middle = 0.0 if isinstance(found, FingertipContact) else 0.5 * found.geometry.contact_length
-    turned = (x - middle + 1j * y) * np.exp(-1j * direction)  # in the frame of the finger
-    u, v = turned.real, turned.imag
-    if isinstance(found, FingertipContact):
-        field, foot = found.field, found.footprint
-        spreads = field.spacing_spread, field.direction_spread, field.height_spread
-        print_ = Print(field.period, field.amplitude, field.pattern, *spreads, field.seed)
-        ridges = print_.heights(u.ravel(), v.ravel()).reshape(u.shape)
-        return x, y, ridges - foot.depth * ((2 * u / foot.length) ** 2 + (2 * v / foot.width) ** 2), share
-    surfaces = found.geometry
-    heights = -surfaces.ridge_amplitude * np.cos(2 * np.pi * (u + middle) / surfaces.ridge_period)
-    return x, y, heights, share
-
-
 @pytest.mark.parametrize("kind", ["fingertip", "comb"])
 @pytest.mark.parametrize("seed", [0, *(thorough(seed) for seed in range(1, 12))])
 def test_z_of_a_turned_finger_is_that_of_brute_force(kind: str, seed: int) -> None:
@@ -82,7 +55,7 @@ def test_z_of_a_turned_finger_is_that_of_brute_force(kind: str, seed: int) -> No
     found, load = contact(kind, stagger=float(random.choice([0.0, 0.5]))), float(10.0 ** random.uniform(-1.0, 0.3))
     direction = float(random.uniform(-3.0, 3.0))
     texture = texture_of(found)
-    x, y, h1, share = drawn(found, direction)
+    x, y, h1, share = points_of(found, direction)
     heights = area_oracle.dots(1.5e-3, 1.5e-3, texture.stagger, 40e-6, 1.2e-3, 0.3e-3, texture.phase)
     places = random.uniform(-2.0, 2.0, (3, 2)) * [texture.period, texture.across]
     wanted = area_oracle.approach(x, y, h1, share, heights, places, found.indentation(load))
@@ -97,12 +70,16 @@ def test_the_cells_of_a_turned_finger_have_the_means_of_the_print_drawn_anew() -
         straight = None
         for direction in (0.0, -2.0, math.pi):
             grid = found.grid_at(direction)
-            x, _y, h1, share = drawn(found, direction)
+            x, _y, h1, share = cells_drawn_anew(found, direction)
             kept = grid.finger[:, 0][grid.finger[:, 0] > -1e20] * grid.height_scale
             errors = np.abs(kept - h1.mean(axis=1)) / found.geometry.ridge_amplitude
             assert np.sqrt(np.mean(errors**2)) < 1e-3 and np.max(errors) < 1e-2
-            straight = straight or x.size * share
-            assert x.size * share == pytest.approx(straight, rel=0.03)
+            area = float(np.sum(grid.finger[:, 3])) * grid.cell
+            if kind == "comb":
+                assert area == pytest.approx(1.0)
+            else:
+                straight = straight or x.size * share
+                assert x.size * share == pytest.approx(straight, rel=0.03)
 
 
 @pytest.mark.parametrize("kind", ["fingertip", "comb"])

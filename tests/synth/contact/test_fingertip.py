@@ -14,7 +14,7 @@ from synth.contact.fingertip_solver import FingertipGrid
 from synth.contact.geometry import Geometry
 from synth.contact.scene_contact import contact_of
 from synth.contact.stiffness import Stiffness
-from synth.errors import CannotRender
+from synth.errors import SceneError
 from synth.plan.contact_picture import picture
 from synth.response.spectrum import curves
 from synth.scene.scene import Scene, parse_scene
@@ -212,8 +212,9 @@ def test_hard_fingertips_render_or_say_what_to_write() -> None:
     ):
         values = rw.render({"finger": {**FINGERTIP, **change}, "output": output}).values
         assert np.isfinite(values).all() and values.any()
-    with pytest.raises(CannotRender, match=r"texture\.period 3\.9.*finger\.kind"):
+    with pytest.raises(SceneError, match=r"a period of 40 um or more under .*finger\.kind"):
         tip_of({"finger": FINGERTIP, "texture": {"period": "10 um", "amplitude": "1 um"}})
+    assert tip_of({"finger": FINGERTIP, "texture": {"period": "40 um", "amplitude": "1 um"}}).grid
 
 
 def test_no_load_is_silence_and_a_stroke_that_lifts_ends_in_zeros() -> None:

@@ -16,7 +16,7 @@ from synth.contact.growing_contact import GrowingContact, Growth
 from synth.contact.load_balance import Contact
 from synth.contact.profile_solver import SegmentGrid
 from synth.contact.stiffness import Stiffness
-from synth.errors import CannotRender
+from synth.errors import SceneError
 from synth.scene.scene import Scene
 from tests.few import few
 from tests.reference.shaped_contact_oracle import (
@@ -288,7 +288,7 @@ def test_a_finger_too_flat_is_refused_before_anything_is_laid_out(monkeypatch: p
         raise AssertionError("laid out")
 
     monkeypatch.setattr(SegmentGrid, "of_geometry", laid_out)
-    with pytest.raises(CannotRender, match=r"1e\+03 m .* m at a load of 0 N, more than 0\.2 m\. Give a smaller radius"):
+    with pytest.raises(SceneError, match=r"1000 m, .* m at a load of 0 N; .*within 0\.2 m\. Write a smaller radius"):
         rounding(scene, 1e3)
-    with pytest.raises(CannotRender, match="at a load of 1e\\+05 N"):
+    with pytest.raises(SceneError, match="at a load of 1e\\+05 N"):
         contact.approach(THETA, 1e5)

@@ -17,7 +17,7 @@ import pytest
 
 from synth import LiveVoice, open_voice, parse_scene
 from synth.effects.effect import Effect, Kind
-from synth.errors import CannotRender, SceneError
+from synth.errors import SceneError
 from synth.response.response_cache import ResponseCache
 from synth.scene.effects_section import declaration, effect_names
 from synth.scene.section import rule_of
@@ -94,7 +94,7 @@ def test_block_splits_do_not_matter_under_a_hand(names: tuple[str, ...]) -> None
     scene = parse_scene(scene_with(*names))
     voice = open_voice(scene, cache=CACHE)
     if shaped_and_simulated(names):
-        with pytest.raises(CannotRender, match="only at a constant load"):
+        with pytest.raises(SceneError, match="only at a constant load"):
             voice.render(10, hand(10, 8000))
         return
     whole = voice.render(600, hand(600, 8000))

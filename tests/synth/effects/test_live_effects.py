@@ -9,7 +9,7 @@ import pytest
 
 from synth import LiveVoice, Motion, open_voice
 from synth.arrays import Block
-from synth.errors import CannotRender, SceneError
+from synth.errors import SceneError
 from synth.response.response_cache import ResponseCache
 from synth.scene.scene import Scene, parse_scene
 from synth.voice.hand_voice import HandVoice
@@ -122,5 +122,5 @@ def test_a_shape_that_a_hand_would_change_under_another_law_of_pressure_is_refus
     monkeypatch.setattr("synth.voice.voice.prepare", None)
     both = parse_scene({"effects": {shape: {}, "viscous_skin": {}}})
     for opened in (lambda: HandVoice(both), lambda: open_voice(both, live=True)):
-        with pytest.raises(CannotRender, match="only at a constant load"):
+        with pytest.raises(SceneError, match="only at a constant load"):
             opened()

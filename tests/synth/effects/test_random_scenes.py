@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from synth import open_voice, parse_scene
-from synth.errors import CannotRender, SceneError
+from synth.errors import SceneError
 from synth.scene.effects_section import declaration
 from tests.few import thorough
 from tests.synth.effects.effect_cases import ALONE
@@ -102,7 +102,7 @@ def random_scene(seed: int) -> dict[str, Any]:
 
 
 def outcome(document: dict[str, Any]) -> tuple[str, str]:
-    """Return "refused", "cannot" or "renders", and the message. Raise AssertionError for a forbidden result."""
+    """Return "refused" or "renders", and the message. Raise AssertionError for a forbidden result."""
     try:
         scene = parse_scene(document)
         voice = open_voice(scene)
@@ -111,9 +111,6 @@ def outcome(document: dict[str, Any]) -> tuple[str, str]:
     except SceneError as error:
         assert all(fault.pointer and fault.allowed and fault.hint for fault in error.faults)
         return "refused", str(error)
-    except CannotRender as error:
-        assert str(error).endswith(".")
-        return "cannot", str(error)
     assert np.all(np.isfinite(block)), document
     assert all(0.0 <= error < np.inf for error in plan["estimated_error"].values()), plan["estimated_error"]
     quiet = document["texture"]["amplitude"] == 0.0 or document["scan"].get("load") == 0.0
@@ -124,5 +121,5 @@ def outcome(document: dict[str, Any]) -> tuple[str, str]:
 @pytest.mark.parametrize("seed", [seed if seed in SHOWN else thorough(seed) for seed in range(24)])
 def test_a_random_scene_renders_or_is_refused_in_words(seed: int) -> None:
     kind, words = outcome(random_scene(seed))
-    assert kind in ("renders", "cannot", "refused")
+    assert kind in ("renders", "refused")
     assert words

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from synth import Motion, open_voice, parse_scene
-from synth.errors import CannotRender
+from synth.errors import SceneError
 from synth.scene.scene import Scene
 from tests.few import thorough
 from tests.reference.moving_oracle import Finger, Harmonics, Profile, Reaction, elastic, steady_scan
@@ -139,5 +139,5 @@ def test_a_texture_with_more_detail_than_a_table_holds_is_refused_unless_the_sca
     texture = {"kind": "profile", "heights": heights, "spacing": "5 um", "ends": "join"}
     scene = {"texture": texture, "effects": {"tangential": {}}}
     assert np.ptp(open_voice(parse_scene(scene)).render(960)[:, 1]) > 0.0
-    with pytest.raises(CannotRender, match="more detail than a table holds"):
+    with pytest.raises(SceneError, match="more detail than a table holds"):
         open_voice(parse_scene(scene), live=True).render(480, Motion.of(480, speed=0.08, load=0.3))

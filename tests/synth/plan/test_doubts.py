@@ -5,9 +5,12 @@ from __future__ import annotations
 import re
 from typing import Any
 
+import numpy as np
 import pytest
 
 from synth import open_voice, parse_scene
+from synth.encode.sound import render
+from synth.perception.threshold import threshold_displacement
 from synth.plan.warnings import IMPULSE
 from synth.scene.doubtful_values import bare_doubts, doubts
 
@@ -68,6 +71,32 @@ def test_a_stroke_is_judged_at_the_lower_frequencies_that_it_passes() -> None:
     weak = {"texture": {"period": "0.5 mm", "amplitude": "2 um"}, "output": {"bandwidth": "full"}}
     assert "is not felt" in warned(weak | {"scan": {"speed": 1}})
     assert "is not felt" not in warned(weak | {"scan": {"stroke": {"speed": 1}}})
+
+
+def test_a_stroke_is_judged_with_the_harmonics_that_are_in_the_band_only_when_it_is_slow() -> None:
+    """The fifth harmonic is at 500 Hz of a band of 120 Hz, until the finger slows down for its turn."""
+    stroke = {"scan": {"stroke": {"speed": "80 mm/s", "length": "40 mm"}}}
+    output = {"bandwidth": 120, "quantity": "displacement", "full_scale": "1 um", "duration": 1.2}
+    for amplitude, felt in ((20e-6, True), (5e-9, False)):
+        texture = {"kind": "harmonics", "period": "0.8 mm", "amplitudes": [1e-9, 0, 0, 0, amplitude]}
+        sound = render(stroke | {"texture": texture, "output": output})
+        peak = float(np.max(np.abs(sound.values)))
+        assert (peak > threshold_displacement(np.array([120.0]))[0]) == felt
+        assert sound.plan is not None
+        assert any("This is not felt" in warning for warning in sound.plan.warnings) is not felt
+
+
+def test_what_is_known_of_the_scans_own_speed_only_is_said_of_that() -> None:
+    weak = {"texture": {"amplitude": "1 nm"}, "scan": {"stroke": {}}, "output": {"full_scale": 1}}
+    assert "At the scan's own speed this is not felt" in warned(weak | {"effects": {"inertia": {}}})
+    assert "This is not felt" in warned(weak)
+
+
+def test_a_stroke_above_the_band_is_heard_and_judged_by_its_turns() -> None:
+    scan, output = {"stroke": {"speed": "200 mm/s"}}, {"bandwidth": 100, "duration": "1 s"}
+    sound = render({"texture": {"period": "0.5 mm"}, "scan": scan, "output": output})
+    assert float(np.max(np.abs(sound.frames))) == pytest.approx(0.8, rel=0.05)
+    assert sound.plan is not None and not sound.plan.warnings
 
 
 def test_a_simulated_motion_is_judged_too() -> None:

@@ -137,7 +137,7 @@ def test_every_quantity_refuses_what_is_outside_or_no_quantity(path: str, rule: 
         (None, "", "{}"),
         ([], "", "{}"),
         (7, "", "{}"),
-        ("grating-1mm", "", "grating-"),
+        ("grating-1mm", "/name", "grating-"),
     ],
 )
 def test_each_fault_names_its_field_and_what_to_write(document: object, pointer: str, words: str) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import ridgewave as rw
-from synth.errors import CannotRender
+from synth.errors import SceneError
 from synth.motion.motion import Motion, Update
 from synth.response.response_cache import ResponseCache
 from synth.scene.scene import parse_scene
@@ -83,7 +83,7 @@ def test_a_finger_that_turns_on_its_way_feels_something_else() -> None:
 
 @pytest.mark.parametrize("effects", [{"inertia": {}}, {"inertia": "auto"}])
 def test_an_effect_that_is_simulated_along_a_line_is_refused_on_a_path(effects: dict[str, Any]) -> None:
-    with pytest.raises(CannotRender, match=r"scan\.heading"):
+    with pytest.raises(SceneError, match=r"scan\.heading"):
         rw.render(document({"heading": "10 deg"}, effects=effects))
 
 

@@ -69,7 +69,7 @@ def test_a_path_in_the_name_is_left_out_of_the_report(tmp_path: Path) -> None:
 
 
 def test_folders_and_missing_files_are_told(tmp_path: Path) -> None:
-    with pytest.raises(InvalidRequest, match="not a file"):
+    with pytest.raises(InvalidRequest, match="got a folder"):
         import_surface(tmp_path, OPTIONS)
-    with pytest.raises(FileNotFoundError):
+    with pytest.raises(InvalidRequest, match=r"no file 'none.csv'; .* Check the path"):
         import_surface(tmp_path / "none.csv", OPTIONS)
