@@ -6,6 +6,7 @@ A kernel is compiled by one of the processes of a run (-n); the others wait for 
 from __future__ import annotations
 
 import fcntl
+import gc
 import io
 import os
 import subprocess
@@ -25,6 +26,9 @@ import pytest
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import Dispatcher
 
+# The processes of a run import the same modules again and again, so these are compiled once, whatever the shell says.
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 # A slow shared machine must not fail a property, and the same commit must try the same examples everywhere.
 hypothesis.settings.register_profile("ridgewave", deadline=None, derandomize=True)
 hypothesis.settings.load_profile("ridgewave")
@@ -48,6 +52,13 @@ def compile_once(kernel: Any, signature: Any) -> Any:
 
 
 Dispatcher.compile = compile_once  # type: ignore[method-assign, assignment]
+
+
+def pytest_collection_finish() -> None:
+    """Take what was imported and collected out of every later search for garbage: all of it stays until the end."""
+    gc.collect()
+    gc.freeze()
+
 
 RunsRidgewave = Callable[..., subprocess.CompletedProcess[bytes]]
 

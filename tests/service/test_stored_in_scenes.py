@@ -23,9 +23,10 @@ from tests.service.harness import ask, problem, serving, settings_of
 
 X = np.arange(160)
 LINE = SurfaceData((20e-6 * np.sin(2.0 * np.pi * X / 160)).astype(np.float32), (5e-6,))
-SINUSOID = {"texture": {"period": "0.8 mm", "amplitude": "20 um", "phase": 0.0}, "output": {"duration": 0.1}}
-NAMED = {"texture": {"kind": "wave", "phase": 0.0}, "output": {"duration": 0.1}}
-SHORT = {"output": {"duration": 0.1}}
+FINGER = {"contact_length": "2 mm"}
+SHORT = {"finger": FINGER, "output": {"duration": 0.1}}
+SINUSOID = SHORT | {"texture": {"period": "0.8 mm", "amplitude": "20 um", "phase": 0.0}}
+NAMED = SHORT | {"texture": {"kind": "wave", "phase": 0.0}}
 
 
 def with_wave(folder: Path, owner: str = "") -> Store:

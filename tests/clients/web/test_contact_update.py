@@ -55,9 +55,9 @@ def contacts() -> list[dict[str, Any]]:
     return made
 
 
-def test_the_bytes_are_those_of_the_document(modules: Page) -> None:
+def test_the_bytes_are_those_of_the_document(functions: Page) -> None:
     made = contacts()
-    packed = [bytes(one) for one in modules.evaluate(PACK, made)]
+    packed = [bytes(one) for one in functions.evaluate(PACK, made)]
     assert packed == [expected(contact) for contact in made]
     document = "01 01 00 00 01 00 00 00 00 00 00 00 00 00 29 40 7b 14 ae 47 e1 7a b4 3f 00 00 00 3f"
     assert packed[0] == bytes.fromhex(document)
@@ -66,7 +66,7 @@ def test_the_bytes_are_those_of_the_document(modules: Page) -> None:
         "02 00 00 00 05 00 00 00 00 00 00 00 00 00 29 40 7b 14 ae 47 e1 7a 94 3f b8 1e 85 eb 51 b8 7e 3f "
         "00 00 00 3f 00 00 80 3e"
     )
-    assert bytes(modules.evaluate(PACK, [place])[0]) == bytes.fromhex(document)
+    assert bytes(functions.evaluate(PACK, [place])[0]) == bytes.fromhex(document)
 
 
 @pytest.mark.parametrize(
@@ -82,8 +82,8 @@ def test_the_bytes_are_those_of_the_document(modules: Page) -> None:
         {"position": 0, "direction": 0},
     ],
 )
-def test_a_contact_is_a_position_a_speed_or_a_place(modules: Page, given: dict[str, Any]) -> None:
-    assert "exactly one" in modules.evaluate(REFUSED, {"seq": 0, "time": 0, **given})
+def test_a_contact_is_a_position_a_speed_or_a_place(functions: Page, given: dict[str, Any]) -> None:
+    assert "exactly one" in functions.evaluate(REFUSED, {"seq": 0, "time": 0, **given})
 
 
 CONVERSATION = """async (readies) => {
@@ -110,7 +110,7 @@ CONVERSATION = """async (readies) => {
 }"""
 
 
-def test_a_place_is_sent_where_the_texture_is_over_an_area_and_else_its_position(modules: Page) -> None:
+def test_a_place_is_sent_where_the_texture_is_over_an_area_and_else_its_position(functions: Page) -> None:
     """Of version 1, then of version 2: a line, an area, and an area that a change of scene makes a line."""
     messages = [
         {"type": "ready"},
@@ -119,7 +119,7 @@ def test_a_place_is_sent_where_the_texture_is_over_an_area_and_else_its_position
         {"type": "scene", "over_area": False},
         {"type": "scene", "over_area": True},
     ]
-    said = [bytes(one) for one in modules.evaluate(CONVERSATION, messages)]
+    said = [bytes(one) for one in functions.evaluate(CONVERSATION, messages)]
     line = [struct.pack("<BBHIddf", 1, 0, 0, seq, 2.0, -0.5, 0.5) for seq in range(5)]
     area = [struct.pack("<BBHIdddff", 2, 0, 0, seq, 2.0, 0.5, 0.25, 1.5, 0.5) for seq in range(5)]
     assert said == [line[0], line[1], area[2], line[3], area[4]]
@@ -151,7 +151,7 @@ WITHOUT_LOAD = """async ({ready, places, wait}) => {
 }"""
 
 
-def test_a_place_without_load_and_direction_is_sent_with_the_last_ones(modules: Page) -> None:
+def test_a_place_without_load_and_direction_is_sent_with_the_last_ones(functions: Page) -> None:
     """The service may miss those of a place that is replaced, or of one before a break."""
     ready = {
         "type": "ready",
@@ -163,7 +163,7 @@ def test_a_place_without_load_and_direction_is_sent_with_the_last_ones(modules: 
         "over_area": True,
     }
     places = [{"x": 0.5, "y": 0.25, "direction": 1.5, "load": 0.5}, {"x": 0.25, "y": 0.25}, {"x": 0.125, "y": 0.25}]
-    found = modules.evaluate(WITHOUT_LOAD, {"ready": ready, "places": places, "wait": 50})
+    found = functions.evaluate(WITHOUT_LOAD, {"ready": ready, "places": places, "wait": 50})
     before, after = ([struct.unpack("<BBHIdddff", bytes(one))[3:] for one in updates] for updates in found)
     assert before == [(0, 2.0, 0.5, 0.25, 1.5, 0.5), (2, 2.0, 0.125, 0.25, 1.5, 0.5)]
     assert after == [(3, 2.0, 0.75, 0.5, 1.5, 0.5)]
@@ -193,8 +193,8 @@ def test_a_finger_of_the_page_reaches_the_hand_of_the_service(
     assert update[2:] == (*found, None, None)[:5]
 
 
-def test_a_place_of_zero_is_a_position_of_zero_without_a_sign(modules: Page) -> None:
-    packed = modules.evaluate(
+def test_a_place_of_zero_is_a_position_of_zero_without_a_sign(functions: Page) -> None:
+    packed = functions.evaluate(
         "() => [...new Uint8Array(modules.packContact(modules.alongLine({seq: 0, time: 0, x: 0, y: 0})))]"
     )
     assert bytes(packed)[16:24] == bytes(8)

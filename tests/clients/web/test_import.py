@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from tests.clients.web.browser import kept_page, visited
-from tests.clients.web.conftest import START_SCENE, link_to, loaded
+from tests.clients.web.conftest import link_to, loaded
 from tests.clients.web.page_service import serving_pages
 from tests.clients.web.test_accessibility import NARROW, violations
 from tests.clients.web.test_page import stroke_pad, told
@@ -56,8 +56,8 @@ def kept(chromium: Browser) -> Iterator[Page]:
 
 @pytest.fixture
 def page(kept: Page, own: Running) -> Iterator[Page]:
-    """The page, and nothing imported."""
-    with visited(kept, own.url + "/") as watch:
+    """The page with the finger of the paper, whose tables take a tenth of a fingertip's time; nothing imported."""
+    with visited(kept, own.url + link_to({})) as watch:
         watch.allow(REFUSED)
         loaded(kept)
         yield kept
@@ -130,9 +130,9 @@ def test_a_chosen_file_is_measured_kept_under_a_name_and_played(page: Page, own:
     (entry,) = stored(own)
     assert (entry["name"], yours(page)) == ("my-turned-metal", ["my-turned-metal"])
     assert page.input_value("#texture") == "my-turned-metal" and page.locator("dialog").count() == 0
-    assert page.evaluate(SCENE) == START_SCENE | entry["scene"]
+    assert page.evaluate(SCENE) == entry["scene"]
     stroke_pad(page)
-    assert page.evaluate("() => ridgewave.fingers[0].scene.held") == START_SCENE | entry["scene"]
+    assert page.evaluate("() => ridgewave.fingers[0].scene.held") == entry["scene"]
 
 
 def test_what_the_file_does_not_state_is_asked_for_beside_its_field(page: Page, own: Running) -> None:
@@ -221,7 +221,7 @@ def test_a_texture_is_renamed_and_deleted_where_it_is_described(page: Page, own:
     page.once("dialog", lambda dialog: dialog.accept())
     page.click("#own-delete")
     told(page, "silk is deleted")
-    assert (yours(page), page.input_value("#texture"), page.evaluate(SCENE)) == (["wool"], "sinusoid", START_SCENE)
+    assert (yours(page), page.input_value("#texture"), page.evaluate(SCENE)) == (["wool"], "sinusoid", {})
     assert page.is_hidden("#texture-sources")
 
 

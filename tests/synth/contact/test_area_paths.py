@@ -57,17 +57,18 @@ def test_z_of_a_turned_finger_is_that_of_brute_force(kind: str, seed: int) -> No
     texture = texture_of(found)
     x, y, h1, share = points_of(found, direction)
     heights = area_oracle.dots(1.5e-3, 1.5e-3, texture.stagger, 40e-6, 1.2e-3, 0.3e-3, texture.phase)
-    places = random.uniform(-2.0, 2.0, (4, 2)) * [texture.period, texture.across]
+    places = random.uniform(-2.0, 2.0, (3, 2)) * [texture.period, texture.across]
     wanted = area_oracle.approach(x, y, h1, share, heights, places, found.indentation(load))
-    path = np.stack([places[:, 1], np.full(4, direction)])
-    got = heights_along(found, places[:, 0] / texture.period, np.full(4, load), path)
+    path = np.stack([places[:, 1], np.full(3, direction)])
+    got = heights_along(found, places[:, 0] / texture.period, np.full(3, load), path)
     assert np.ptp(got - wanted) < min(LEVELS * 40e-6, 0.1 * np.ptp(wanted))
 
 
 def test_the_cells_of_a_turned_finger_have_the_means_of_the_print_drawn_anew() -> None:
     for kind in ("fingertip", "comb"):
         found = contact(kind)
-        for direction in (0.0, 0.7, -2.0, math.pi):
+        straight = None
+        for direction in (0.0, -2.0, math.pi):
             grid = found.grid_at(direction)
             x, _y, h1, share = cells_drawn_anew(found, direction)
             kept = grid.finger[:, 0][grid.finger[:, 0] > -1e20] * grid.height_scale
@@ -77,9 +78,8 @@ def test_the_cells_of_a_turned_finger_have_the_means_of_the_print_drawn_anew() -
             if kind == "comb":
                 assert area == pytest.approx(1.0)
             else:
-                assert x.size * share == pytest.approx(
-                    cells_drawn_anew(found, 0.0)[0].size * cells_drawn_anew(found, 0.0)[3], rel=0.03
-                )
+                straight = straight or x.size * share
+                assert x.size * share == pytest.approx(straight, rel=0.03)
 
 
 @pytest.mark.parametrize("kind", ["fingertip", "comb"])

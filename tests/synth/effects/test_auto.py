@@ -1,6 +1,6 @@
 """ "auto" is right: it leaves out the effects that change little, and simulates those that change much.
 
-Random scenes, six of them, or a hundred in a thorough run, each with one effect on "auto". An effect that is left
+Random scenes, six of them, or forty in a thorough run, each with one effect on "auto". An effect that is left
 out changes the output by less than the tolerance when it is forced in. An effect that is simulated changes it by more
 than a tenth of the tolerance. Changes are relative to the peak-to-peak without the effect.
 """
@@ -20,7 +20,7 @@ from tests.few import thorough
 from tests.synth.engine_cases import physical, spread
 
 LEFT_TO_US = [name for name in effect_names() if not declaration(name).without_auto]
-SCENES, SOME = 100, 6
+SCENES, SOME = 40, 6
 RATE = 8000
 LONGEST = 8000  # frames: a period of the slowest scan
 

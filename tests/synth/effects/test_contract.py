@@ -109,7 +109,7 @@ def test_block_splits_do_not_matter_under_a_hand(names: tuple[str, ...]) -> None
 
 @every
 def test_the_same_scene_gives_the_same_samples(names: tuple[str, ...]) -> None:
-    first, second = (open_voice(parse_scene(scene_with(*names))).render(400) for _ in range(2))
+    first, second = (open_voice(parse_scene(scene_with(*names)), cache=ResponseCache()).render(400) for _ in range(2))
     assert np.array_equal(first, second)
 
 

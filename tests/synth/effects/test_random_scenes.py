@@ -10,12 +10,14 @@ import pytest
 from synth import open_voice, parse_scene
 from synth.errors import SceneError
 from synth.scene.effects_section import declaration
-from tests.few import few
+from tests.few import thorough
 from tests.synth.effects.effect_cases import ALONE
 from tests.synth.engine_cases import spread
 
 WIDE = 0.15  # part of the fields that lie anywhere in their range; the others are near those of a fingertip
 FRAMES = 400
+SHOWN = (1, 3, 5, 10, 11, 17, 19)
+"""Seeds whose scenes have every effect, a constant scan, a stroke and a recording; two of them are refused."""
 
 
 class Draws:
@@ -51,7 +53,8 @@ class Draws:
         if name == "curvature":
             return {"reference_load": one(1e-3, 1e3, (0.1, 2.0))}
         if name == "propagation":
-            return {"place": str(self.random.choice(["nail", "skin", "wrist"])), "distance": one(0.0, 0.5, (1e-3, 0.2))}
+            place = str(self.random.choice(["nail", "skin", "wrist"]))
+            return {"place": place, "distance": one(1e-6, 0.5, (1e-3, 0.2))}
         exponent = float(self.random.choice([1.0, 1.0, 0.8, 1.2]))
         return {"friction_coefficient": float(self.random.choice([0.0, 0.5, 1.0])), "pressure_exponent": exponent}
 
@@ -78,7 +81,7 @@ def random_scene(seed: int) -> dict[str, Any]:
     finger = {
         "ridge_period": ridge,
         "ridge_amplitude": 0.0 if draws.chance(0.05) else draws.one(1e-9, 1e-3, (5e-6, 8e-5)),
-        "contact_length": draws.one(1e-5, 0.1, (3e-3, 15e-3)),
+        "contact_length": draws.one(1e-5, 0.1, (2e-3, 5e-3)),
         "youngs_modulus": draws.one(1e3, 1e9, (4e4, 1e6)),
     }
     texture = {
@@ -115,7 +118,7 @@ def outcome(document: dict[str, Any]) -> tuple[str, str]:
     return "renders", ", ".join(f"{one:.1g}" for one in plan["estimated_error"].values())
 
 
-@pytest.mark.parametrize("seed", few(range(24), 7))
+@pytest.mark.parametrize("seed", [seed if seed in SHOWN else thorough(seed) for seed in range(24)])
 def test_a_random_scene_renders_or_is_refused_in_words(seed: int) -> None:
     kind, words = outcome(random_scene(seed))
     assert kind in ("renders", "refused")

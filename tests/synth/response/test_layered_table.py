@@ -96,7 +96,7 @@ def parts_of_told(contact: Contact, table: LayeredTable, seed: int) -> Any:
 @pytest.mark.parametrize(("finger", "kind"), CASES)
 def test_z_is_that_of_brute_force_within_the_told_error(finger: str, kind: str) -> None:
     contact, table = contact_for(finger, kind), table_for(finger, kind)
-    phases, across, loads = random_places(100, 20)
+    phases, across, loads = random_places(40, 20)
     found = table.heights(phases, across, loads)
     for phase, beside, load, z in zip(phases, across, loads, found, strict=True):
         wanted = layered_oracle.approach(grid_of(contact), phase, beside, contact.indentation(load))
