@@ -172,7 +172,7 @@ def test_an_attraction_over_an_area_is_that_of_the_depths_over_it(kind: str) -> 
 
     def excess(z: float, phase: float) -> float:
         near, far = (float(contact.measure(np.array([phase]), np.array([at]), LOAD)[0][0]) for at in (z, z - REACH))
-        return k * near - 2e4 * area * (far - near) / REACH - LOAD
+        return float(k * near - 2e4 * area * (far - near) / REACH - LOAD)
 
     phases = np.arange(-32, COUNT) / COUNT
     z, found = float(contact.approach(phases[:1] % 1.0, LOAD)[0][0]), []
