@@ -41,7 +41,8 @@ CELLS_TOGETHER = 1 << 18  # that are computed together: 2 MB an array
 NARROW = 1e-4  # of the larger size of a cell: a smaller one across an edge counts as this
 SETTLES = 0.25  # part of the error that remains with cells half as large: they are of second order
 COARSEST = 4.0  # times as large the cells may be to hold the texture in memory; on a fingertip 3 a ridge
-GRIDS_KEPT = 4  # a scene is prepared more than once, and a file with cells of several sizes
+GRIDS_KEPT = 4  # a scene is prepared more than once
+SMALLER_KEPT = 2  # a file takes the last two sizes of its cells at several loads, up to 80 MB each
 
 T = TypeVar("T", bound=Contact)
 Heights = Callable[[Array, Array], Array]
@@ -145,7 +146,8 @@ class CombOnArea(Contact):
     @cached_property
     def grid(self) -> PhaseSolver:
         """Its points; the profile of its geometry is a height field."""
-        return comb_grid(self.geometry, self.line, self.coarser)
+        made = comb_grid if self.coarser >= 1.0 else smaller_grid
+        return made(self.geometry, self.line, self.coarser)
 
     def heights(self, phases: Array, loads: Array, path: Array | None = None) -> Array:
         """Return z (m) on its line, or along a path; see `fingertip.FingertipContact.heights`."""
@@ -198,6 +200,9 @@ def comb_grid(geometry: Geometry, line: Line = MIDDLE, coarser: float = 1.0) -> 
     middle, area, scale = (0.5 * length, line.y), length**2, geometry.height_scale
     grid = finger_grid(heights, shares, (box, box), widest, step, middle, area, texture, scale, coarser)
     return replace(grid, cell=1.0 / float(np.sum(grid.finger[:, 3], dtype=np.float64)))  # A0 is kept
+
+
+smaller_grid = lru_cache(SMALLER_KEPT)(comb_grid.__wrapped__)
 
 
 def beside_edge(distance: Array, along: float, across: float) -> Array:

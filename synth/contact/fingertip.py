@@ -48,6 +48,7 @@ ROWS = 8, 16  # across the scan, per mean ridge and per period: a curved ridge m
 FEWEST_COLUMNS, FEWEST_ROWS = 96, 24  # of the smallest fingertip
 MOST_COLUMNS, MOST_ROWS = 4096, 1024  # 0.1 ms per solution, 80 MB; a period that needs more columns is refused
 GRIDS_KEPT = 4  # a scene is prepared more than once; one takes 1 to 80 MB
+SMALLER_KEPT = 2  # the same with smaller cells: a file takes the last two sizes at several loads, up to 80 MB each
 FLAT_STEPS = 64  # angles over a ridge for the mean of its heights above a plate
 
 
@@ -154,6 +155,9 @@ def fingertip_grid(
     return FingertipGrid.of(x, heights, texture, cell, scale)
 
 
+smaller_grid = lru_cache(SMALLER_KEPT)(fingertip_grid.__wrapped__)
+
+
 def _middles(length: float, count: int) -> Array:
     """Return the middles of `count` equal parts of `length` (m) about 0."""
     return np.asarray((np.arange(count) + 0.5) * (length / count) - 0.5 * length)
@@ -214,7 +218,8 @@ class FingertipContact(Contact):
         """Its points."""
         texture, scale = self.geometry.profile, self.geometry.height_scale
         assert texture is not None
-        return fingertip_grid(self.field, self.footprint, texture, scale, self.line, self.coarser)
+        made = fingertip_grid if self.coarser >= 1.0 else smaller_grid
+        return made(self.field, self.footprint, texture, scale, self.line, self.coarser)
 
     def middle_line(self, places: Array) -> Array:
         """Return the height of the fingertip (m) at x = `places` (m, from the middle) on the line y = 0."""

@@ -7,6 +7,9 @@ import pytest
 
 from synth.encode.sound import render
 from synth.scene.catalogue import CatalogueEntry, catalogue
+from synth.scene.scene import parse_scene
+from synth.surfaces import profile_of
+from synth.surfaces.height_field import HeightField
 from tests.few import few
 
 QUIETEST, LOUDEST = 0.05, 5.0
@@ -25,5 +28,8 @@ def test_an_everyday_scan_is_felt_or_has_a_note(entry: CatalogueEntry) -> None:
         assert QUIETEST <= rms <= LOUDEST
     assert sound.plan is not None
     warnings = sound.plan.warnings
-    assert all(warning.startswith("This is not felt") for warning in warnings)
-    assert bool(warnings) == bool(entry.note), "what is not felt has a note that says why"
+    unfelt = [warning for warning in warnings if warning.startswith("This is not felt")]
+    assert bool(unfelt) == bool(entry.note), "what is not felt has a note that says why"
+    if len(warnings) > len(unfelt):  # very small cells would not fit: the plan tells the error that remains
+        assert isinstance(profile_of(parse_scene(entry.everyday)), HeightField)
+        assert all(one in unfelt or one.startswith("The error of the acceleration is 0.0") for one in warnings)
