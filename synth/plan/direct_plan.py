@@ -12,7 +12,7 @@ Model   The rule: a voice reads its table where the table holds every harmonic t
         Error: that of a swing (`swing`) at the lightest, the scan's and the heaviest usual load. Over an area the usual
         rate is halved where no more than FOLDED folds, and larger cells are told against the usual ones, at the scan's
         own speed. To this the errors of the filter and of the solver's segments, or of a layered table, are added, and
-        what cells half as large as the usual ones change.
+        LEFT_OF_CHANGE of what cells twice as large as the usual ones change.
 Source  design, sections 1 and 8.
 Limits  The error is that of one swing, at one place for each load. Effects that read a table of their own, over a
         period, keep the table of the contact too, so that all channels have one delay.
@@ -56,6 +56,7 @@ FOLDED = 0.01  # of the peak-to-peak
 MOST_WORK = 0.2  # predicted s of processor time per second; more would leave no room for other hands
 MOST_TURNED = 0.16  # predicted s per second of a finger that is turned over an area, at 1.8 N; half of it at 0.3 N
 COARSER = (1.0, 1.5, 2.0, 3.0)  # factors on the size of the cells of an area
+LEFT_OF_CHANGE = 0.5  # error of cells over the change from ones twice as large: a third, as it is of second order
 MOST_MAKING, WORKERS = 3.0, 2  # predicted s of processor time for a layered table, and threads
 MEAN_TOLERANCE = 0.1  # of the mean of z over the load: its error is a thousandth of this, of the peak-to-peak
 AREA_MEAN_TOLERANCE = 2.0  # over areas and long surfaces, where the mean of PLACES places errs by more than these 0.2 %
@@ -309,17 +310,22 @@ def _over_area(
     swing = Swing(FEWER * SOLUTIONS * band, band, fastest, PATH_SLOPE)
     slower = replace(swing, fastest=own or fastest)  # finer waves are then in the band
     fine = coarsened(coarse, 1.0)
+
+    def most_changed(contact: Any, better: Any) -> Array:
+        """Return the larger change over both swings."""
+        return np.maximum(*(changed_by(contact, better, one, loads[1]) for one in (swing, slower)))
+
     source: Contact | AreaSource = coarse
     if tolerance is None:
         source = table_source()
         mean: Mean = source.mean
-        cells = changed_by(fine, fine.halved(), slower, loads[1])
+        cells = LEFT_OF_CHANGE * most_changed(coarsened(coarse, 2.0), fine)
     else:
         source = coarse = fine
         cells = np.zeros(len(QUANTITIES))  # a file has chosen them
         mean = mean_over_area(coarse, (0.0, heaviest), loads[1], AREA_MEAN_TOLERANCE, PLACES, MEANS)
     folded, seconds = folded_errors(source, swing, loads)
-    missed = np.maximum(changed_by(source, fine, swing, loads[1]), changed_by(source, fine, slower, loads[1])) + cells
+    missed = most_changed(source, fine) + cells
     short = replace(slower, seconds=TURNED)
     turned_folded, turned_seconds = folded_errors(coarse, short, loads)
     turning = turned_folded + turning_errors(coarse, fine, short, loads[1])

@@ -191,10 +191,13 @@ class TableMaking:
         return finer
 
     def changed_by(self, smaller: Response) -> Array:
-        """Return what smaller cells change at the usual load, relative to its extents [3, counts, 1]."""
+        """Return the error of the cells at the usual load, by what `smaller` ones change [3, counts, 1].
+
+        It is relative to the extents there.
+        """
         load = np.array([min(USUAL_LOAD, self.heaviest)])
         before, after = (solved_rows(one, load, self.phases).heights for one in (self.response, smaller))
-        return self.relative_to_extents(after - before, self.usual)
+        return self.relative_to_extents(after - before, self.usual) / (1.0 - smaller.settles)
 
     def series(self, values: Array) -> Complex:
         """Return harmonics 0 to the highest, one-sided as in `spectrum`, of `values` [rows, phases]: [rows, n]."""
