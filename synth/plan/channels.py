@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -56,6 +56,10 @@ class ChannelPlan:
     extent: float
     reader: SeriesCurve | None
     level: float = 0.0
+
+    def with_error(self, more: Array) -> ChannelPlan:
+        """Return the channel with that of `more` [orders] added to its error."""
+        return replace(self, error=self.error + float(more[self.order]))
 
     @property
     def is_approach(self) -> bool:

@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -75,6 +75,10 @@ class FramePlan:
     errors: tuple[float, ...]
     scale: float
     work: float
+
+    def with_errors(self, more: Array) -> FramePlan:
+        """Return the plan with `more` added to its errors [orders]."""
+        return replace(self, errors=tuple((np.array(self.errors) + more).tolist()))
 
 
 def plan_frames(

@@ -54,6 +54,11 @@ def cells_along_path(asked: Request, contact: Any, tolerance: float) -> tuple[An
     return contact, left
 
 
+def beside_cells(tolerance: float, cells: Array) -> float:
+    """Return what `tolerance` leaves for the other errors of a file; cells: as of `cells_along_path`."""
+    return tolerance - min(float(np.max(cells)), DISCRETE_SHARE * tolerance)
+
+
 def path_frames(asked: Request, contact: Contact, cells: Array, tolerance: float, scale: float) -> FramePlan | None:
     """Return how a file along a path is solved, or None if that would take too much time or memory.
 

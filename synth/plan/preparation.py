@@ -31,6 +31,7 @@ from synth.perception.threshold import imperceptible_tolerance
 from synth.plan.channels import APPROACH, NEARLY, SMALLEST_MOTION, ChannelPlan, SteadyScan, spendable
 from synth.plan.direct_plan import (
     AREA_MEAN_TOLERANCE,
+    MEAN_TOLERANCE,
     DirectPlan,
     affordable,
     beyond_table,
@@ -45,7 +46,7 @@ from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, shape_for, simulated_channel
 from synth.plan.frame_solver import WITH_MEAN, FramePlan, plan_frames
 from synth.plan.motion_peak import differs_from_cruise, peaks_along
-from synth.plan.path_frames import cells_along_path, path_frames
+from synth.plan.path_frames import beside_cells, cells_along_path, path_frames
 from synth.plan.process_start import begun
 from synth.plan.request import N_MAX, Request, harmonics_in_band
 from synth.plan.scene_table import entry_of, kept_table, read_error
@@ -60,6 +61,7 @@ from synth.response.table_error import QUANTITIES
 from synth.response.table_making import HEAVIEST
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
+from synth.surfaces.height_field import HeightField
 
 SERIES_SHARE = 0.7  # part of a moving scan's tolerance for its series; the folded error of a landing uses the rest
 TIGHTEST, LOOSEST = 1e-7, 3e-2  # range of the tolerance for "imperceptible", which is the range of accuracy.tolerance
@@ -183,11 +185,13 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
     stretch, cells = None if asked.stretch is None else asked.stretch.profile, np.zeros(len(QUANTITIES))
     bounded = asked.area and not exact
     contact = affordable(scene, cache) if bounded else contact_of(scene, stretch, refines=file)
-    if over_area(asked) and file:
+    many = over_area(asked) or asked.load_varies or any(asked_effects(scene, Kind.BALANCE))  # solutions
+    if file and many and isinstance(geometry.profile, HeightField):
         contact, cells = cells_along_path(asked, contact_of(scene, stretch), tolerance)
     if scene.accuracy.tolerance == "imperceptible":
         tolerance = _imperceptible(contact, asked)
-    contact, shapes, demand = _shaped(asked, contact, tolerance)
+    left = beside_cells(tolerance, cells)
+    contact, shapes, demand = _shaped(asked, contact, left)
     spectrum = _series(asked, contact, demand, cache)
     if all(one.full_scale for one in scene.output.channel_list) and demand.of_still(spectrum.harmonics):
         spectrum = _series(asked, contact, replace(demand, still=0.0), cache)  # it is heard at its own full scale
@@ -210,11 +214,14 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
         if over_area(asked):
             frames = path_frames(asked, contact, cells, tolerance, scale)
         else:
-            frames = plan_frames(contact, scene, demand, tolerance, scale, solved=asked.stretch is not None)
+            frames = plan_frames(contact, scene, demand, left, scale, solved=asked.stretch is not None)
+            frames = frames and frames.with_errors(cells[list(asked.orders)])
     warnings = solved.warnings + missed
     solved = replace(solved, spectrum=spectrum, channels=channels, warnings=warnings, mean=mean, frames=frames)
     if shapes is not None:
         solved = _with_effects(solved, shapes)
+        if solved.simulated:
+            solved = replace(solved, channels=tuple(one.with_error(cells) for one in solved.channels))
     if solved.moving and not solved.simulated:
         solved = _with_motion(solved, cache, exact=exact)
     return solved if solved.effects is None else _with_stages(solved, solved.effects, cache, exact=exact)
@@ -366,6 +373,8 @@ def own_mean(asked: Request, contact: Any, tolerance: float) -> Mean:
     """Return the mean of z that the displacement of the request leaves out; `tolerance` as of `mean_curve`."""
     if over_area(asked):
         return mean_over_area(contact, asked.loads, _pressed(asked.scene), AREA_MEAN_TOLERANCE, AREA_PLACES, AREA_MEANS)
+    if isinstance(contact.geometry.profile, HeightField):
+        tolerance = max(tolerance, MEAN_TOLERANCE)
     return mean_curve(contact, asked.loads, _pressed(asked.scene), tolerance)
 
 

@@ -29,6 +29,7 @@ FEWEST_MEANS, MOST_MEANS = 33, 1025  # loads at which the mean is solved
 MEAN_PHASES = 512  # phases per load, of a period that is solved as a series
 MEAN_ERROR = 1e-3  # largest error, times the tolerance and the peak-to-peak of z
 GOLDEN, NO_LOAD = 0.618033988749895, 1e-9  # turns across per place along; N, a load that the solver takes for none
+NARROWEST = 1e-4  # of the largest root: at the lightest loads the cells of an area never become a smooth curve
 SPLINE_GAIN = 8.0  # least factor by which the error falls when an interval is halved; 16 in the limit
 
 
@@ -106,7 +107,8 @@ def mean_of(
         more = means(between)
         missed = np.abs(CubicSpline(roots, values)(between) - more)
         roots, values = np.insert(roots, halved + 1, between), np.insert(values, halved + 1, more)
-        halves = (halved + np.arange(len(halved)))[missed > SPLINE_GAIN * allowed]
+        wide = between - roots[halved + np.arange(len(halved))] > NARROWEST * most
+        halves = (halved + np.arange(len(halved)))[wide & (missed > SPLINE_GAIN * allowed)]
         halved = np.sort(np.concatenate([halves, halves + 1]))
     return MeanSpline(roots, values)
 

@@ -112,3 +112,15 @@ def test_the_share_of_a_cell_inside_an_edge_is_that_of_its_places() -> None:
     assert beside_edge(np.array([-1.0, 0.0, 0.1, 1.0]), 0.4, 0.0).tolist() == pytest.approx(
         [0.0, 0.5, 0.75, 1.0], abs=1e-3
     )
+
+
+def test_a_recording_whose_load_varies_is_prepared_along_a_line_of_an_area() -> None:
+    """The mean of z over the load is not smooth at the lightest loads, where few cells touch."""
+    points = [[0.0, 0.0, 0.1], [0.02, 1e-3, 0.3], [0.04, 3e-3, 0.5], [0.06, 5e-3, 0.2]]
+    finger = {"kind": "fingertip", "contact_length": "2.3 mm"}
+    scene = {"finger": finger, "texture": {"kind": "dots"}, "scan": {"trajectory": points}}
+    solved = prepare(parse_scene({**scene, "accuracy": {"tolerance": 0.02}}), ResponseCache())
+    assert solved.frames is not None and solved.mean is not None
+    assert max(solved.frames.errors) <= 0.02
+    loads = np.geomspace(1e-6, 0.5, 50)
+    assert np.all(np.diff(solved.mean(np.cbrt(loads))) < 0.0), "a heavier load presses deeper"
