@@ -28,7 +28,9 @@ def test_a_server_that_does_right_is_not_blamed() -> None:
     report = run()
     assert (report["mistakes"], report["missing"], report["opened"]) == ([], 0, STREAMS)
     whole = STREAMS * round(SECONDS / BLOCK_SECONDS)
-    assert abs(int(str(report["blocks_expected"])) - whole) <= 2 * STREAMS
+    assert (
+        whole - 2 * STREAMS <= int(str(report["blocks_expected"])) <= 1.5 * whole
+    )  # a busy machine measures for longer
     latency = report["latency_ms"]
     assert isinstance(latency, dict) and latency["p50"] > 0.0
 

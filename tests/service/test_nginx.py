@@ -49,6 +49,7 @@ def test_a_stop_is_heard_at_once_by_who_reads(running: Running, port: int) -> No
     assert rest[-1] == 0.0
 
 
+@pytest.mark.alone  # on a busy machine the system lets nginx's receive buffer grow
 def test_a_reader_that_sleeps_through_a_stop_hears_little_of_what_was_before(running: Running, port: int) -> None:
     session = running.open_session()
     with socket.create_connection(("127.0.0.1", port)) as reader:
@@ -61,6 +62,7 @@ def test_a_reader_that_sleeps_through_a_stop_hears_little_of_what_was_before(run
     assert 0 < stale / 4 / RATE < STALE_SECONDS
 
 
+@pytest.mark.alone  # on a busy machine the system lets nginx's receive buffer grow
 def test_a_live_connection_that_sleeps_through_a_stop_hears_little_too(port: int) -> None:
     with Caller(port) as caller:
         caller.connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, READER_BUFFER)
