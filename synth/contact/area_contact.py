@@ -35,8 +35,8 @@ from synth.surfaces.ridge_field import turned_back
 CELLS_A_WAVE = 8  # of the texture, along and across
 CELLS_A_RIDGE = 12  # the same of the ridges, which may lie in any direction
 FEWEST_CELLS = 24  # over the length of a finger
-MOST_CELLS = 1 << 20  # of a finger: 12 MB
-MOST_SMALLER = 5 << 20  # of a finger of a file, whose cells are smaller than usual: 60 MB
+MOST_CELLS = 1 << 20  # of a finger: 16 MB
+MOST_SMALLER = 5 << 20  # of a finger of a file, whose cells are smaller than usual: 84 MB
 CELLS_TOGETHER = 1 << 18  # that are computed together: 2 MB an array
 NARROW = 1e-4  # of the larger size of a cell: a smaller one across an edge counts as this
 SETTLES = 0.25  # part of the error that remains with cells half as large: they are of second order
