@@ -90,7 +90,7 @@ def test_cells_half_as_large_change_z_little(kind: str, name: str) -> None:
     assert found <= MOST[kind]
 
 
-@pytest.mark.parametrize(("length", "coarser"), [("2.3 mm", 0.5), ("42.3 mm", 1.0)])
+@pytest.mark.parametrize(("length", "coarser"), [("2.3 mm", 0.25), ("42.3 mm", 1.0)])
 def test_a_file_along_a_path_tells_the_error_of_its_cells(length: str, coarser: float) -> None:
     """On a small finger the cells become smaller; on a large one that would take too long."""
     path = [[0.05 * n, 4e-3 * n, 1e-3 * n, 0.0, 0.3] for n in range(5)]
