@@ -16,7 +16,7 @@ import time
 from collections import Counter
 from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import asynccontextmanager, contextmanager
+from contextlib import asynccontextmanager, contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from types import FrameType
@@ -153,8 +153,13 @@ class Service:
             gc.freeze()
         self.warm = True
         log.info("ready after %.1f s", time.perf_counter() - began)
-        if self.serves_only and self.settings.prepare_textures == "on":
-            self.preparation.begin()
+        self.prepare_textures()
+
+    def prepare_textures(self) -> None:
+        """Solve textures ahead, unless a setting says no. Call it from a thread after the start and after an import."""
+        if self.warm and self.serves_only and self.settings.prepare_textures == "on":
+            with suppress(OSError):  # a data folder that cannot be written keeps nothing
+                self.preparation.begin()
 
     def finish(self) -> None:
         """Wait for plays to complete their files, then end threads and processes. Call it from a thread."""

@@ -16,11 +16,11 @@ from clients.command_line.exit_codes import DONE, invalid_request
 from clients.command_line.printing import print_json, print_table, say
 from clients.command_line.progress import Progress
 from service.store.data_folder import folder_of_environment, tables_folder
-from service.store.own_textures import own_store, texture_named, with_imported
+from service.store.own_textures import own_store, texture_named
 from service.store.store import GROUP, StoredTexture
 from synth.encode.part_file import write_whole
 from synth.errors import RidgewaveError
-from synth.scene.catalogue import FINGER, CatalogueEntry, catalogue
+from synth.scene.catalogue import CatalogueEntry, catalogue
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -77,16 +77,16 @@ def _row(entry: CatalogueEntry | StoredTexture) -> tuple[str, str, str]:
 def _prepare(entries: Sequence[CatalogueEntry | StoredTexture] | None, progress: bool | None) -> None:
     """Make the tables of `entries`, None for all, under the finger with which the page begins."""
     from service.compute.texture_preparation import solve_ahead
-    from synth.scene.scene import parse_scene
+    from synth.surfaces.surface_data import add_source
 
+    add_source(own_store().surface)
     every: list[CatalogueEntry | StoredTexture] = [*catalogue(), *own_store().textures("")]
     chosen = every if entries is None else entries
     folder = folder_of_environment()
     with Progress("making tables", len(chosen), "textures", progress) as bar:
         for entry in chosen:
-            scene = parse_scene(with_imported({"finger": FINGER, **entry.document}))
             try:
-                solve_ahead(scene, folder)
+                solve_ahead(entry.document, folder)
             except RidgewaveError as error:
                 say(f"{entry.name}: {error}")
             bar.advance(1)

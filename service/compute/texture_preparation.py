@@ -1,17 +1,21 @@
-"""Solves the textures of the catalogue before somebody asks for them, in a process of its own.
+"""Solves textures before somebody asks for them, in a process of its own: those of the catalogue and imported ones.
 
-    python -m service.compute.texture_preparation FOLDER    the data folder
+    python -m service.compute.texture_preparation FOLDER LOCK    the data folder, and the descriptor of its locked file
 
-Model: one texture after the other is opened under the finger with which the page begins. What that solves is kept as
-    files (`synth.response.kept_files`), which every process with the same data folder reads. Textures that have their
-    files are opened from them. The process has one thread and the lowest priority: on Linux it runs only while a
-    processor has nothing else to do. One process at a time works for a data folder; another one ends at once. It ends
-    when all are solved, with the service, or when the service has gone.
-Limits: it takes its share of a quota of processor time, such as that of a container.
+Model: one texture after the other is opened as the page and `/vr` open it: the newest imported ones first, then the
+    catalogue. What that solves is kept as files (`synth.response.kept_files`), which every process with the same data
+    folder reads. A mark among these files tells that a texture is done. The process looks for the next texture after
+    each one, so it takes what is imported meanwhile and leaves out what is deleted. It has one thread and the lowest
+    priority: on Linux it runs only while a processor has nothing else to do. One process at a time works for a data
+    folder. It begins after the start of the service and after an import. It ends when all are done, with the service,
+    or when the service has gone.
+Limits: it takes its share of a quota of processor time, such as that of a container. Of imported textures it solves the
+    newest MOST_IMPORTED, of all keys together. What another program imports is found at its next beginning.
 """
 
 from __future__ import annotations
 
+import json
 import logging
 import os
 import signal
@@ -19,15 +23,19 @@ import subprocess
 import sys
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from service.store.data_folder import tables_folder
-from synth.errors import RidgewaveError
+from service.store.store import Store
+from synth.errors import CannotRender, RidgewaveError
+from synth.scene.catalogue import FINGER, catalogue
 
 if TYPE_CHECKING:
-    from synth.scene.scene import Scene
+    from synth.response.kept_files import FileEntry, KeptFiles
 
-LOCK = "preparing.lock"  # in the data folder
+LOCK = "preparing.lock"  # in the data folder; locked by the process that works for it
+MOST_IMPORTED = {"profile": 20, "heightmap": 4}  # with 5 and 67 MB of files each: more would displace the catalogue's
+SCANS: tuple[dict[str, Any], ...] = ({}, {"scan": {"speed": 0, "load": 0}})  # of the page, and of `/vr`
 LOWEST = 19  # nice value
 END_SECONDS = 1.0  # for the process to leave no half-written file; on a busy machine it may not get to run
 ROOT = Path(__file__).resolve().parents[2]  # import path of the process
@@ -45,19 +53,25 @@ class TexturePreparation:
         self._closed = False
 
     def begin(self) -> None:
-        """Start the process. From any thread."""
+        """Start the process, unless one works for the data folder: that one will look again. From any thread."""
         if self._closed:
             return
-        path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
-        one_thread = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "service.compute.texture_preparation", str(self.folder)],
-            env={**os.environ, **one_thread, "PYTHONPATH": path},
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        log.info("preparing the textures of the catalogue at the lowest priority, in process %d", self._process.pid)
+        self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        with (self.folder / LOCK).open("wb") as lock:
+            if not _locked(lock.fileno()):
+                return
+            path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
+            one_thread = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+            module, number = "service.compute.texture_preparation", lock.fileno()
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", module, str(self.folder), str(number)],
+                env={**os.environ, **one_thread, "PYTHONPATH": path},
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                pass_fds=[number],  # the lock goes with it
+            )
+        log.info("preparing textures at the lowest priority, in process %d", self._process.pid)
         if self._closed:
             self.close()
 
@@ -78,13 +92,48 @@ class TexturePreparation:
             self._process.wait()
 
 
-def solve_ahead(scene: Scene, folder: Path) -> None:
-    """Solve what a hand on `scene` needs first, and keep it in the data folder `folder`. Raises SceneError."""
+def solve_ahead(texture: dict[str, Any], folder: Path) -> None:
+    """Solve what a hand on `texture`, a partial scene, needs first, and keep it in the data folder `folder`.
+
+    Raises SceneError, CannotRender.
+    """
     from synth.response.kept_files import KeptFiles
     from synth.response.response_cache import ResponseCache
+    from synth.scene.scene import parse_scene
     from synth.voice.hand_voice import HandVoice
 
-    HandVoice(scene, cache=ResponseCache(files=KeptFiles(tables_folder(folder))))
+    files = KeptFiles(tables_folder(folder))
+    cache = ResponseCache(files=files)
+    for scan in SCANS:
+        HandVoice(parse_scene({"finger": FINGER, **texture, **scan}), cache=cache)
+    files.get(_mark(texture), dict)
+
+
+def _mark(texture: dict[str, Any]) -> FileEntry[dict[str, Any]]:
+    """Return the mark that `texture` is done. It is not used again, so it is deleted soon after unused files are."""
+    from synth.response.kept_files import FileEntry, json_form
+
+    return FileEntry(f"prepared {json.dumps(texture, sort_keys=True)}", json_form(dict, dict))
+
+
+def _next(store: Store, files: KeptFiles, tried: list[dict[str, Any]]) -> dict[str, Any] | None:
+    """Return the next texture to solve, as a partial scene; None if none is left."""
+    every: list[dict[str, Any]] = []
+    with suppress(CannotRender):
+        every = [one.document for kind, most in MOST_IMPORTED.items() for one in store.newest(kind, most)]
+    every += [entry.document for entry in catalogue()]
+    return next((one for one in every if one not in tried and not files.has(_mark(one))), None)
+
+
+def _locked(lock: int) -> bool:
+    """Lock the file with the descriptor `lock`; return False if another process has it."""
+    import fcntl
+
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
 
 
 def step_back() -> None:
@@ -95,28 +144,29 @@ def step_back() -> None:
             os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
 
 
-def main(folder: Path) -> None:
-    """Prepare the catalogue for the data folder `folder`, unless another process does."""
+def main(folder: Path, lock: int) -> None:
+    """Solve the textures for the data folder `folder`. lock: descriptor of its file, locked; free at the end."""
     import fcntl
+
+    from synth.response.kept_files import KeptFiles
+    from synth.surfaces.surface_data import add_source
 
     service = os.getppid()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit())
     step_back()
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    with (folder / LOCK).open("wb") as lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            return
-        from synth.scene.catalogue import FINGER, catalogue
-        from synth.scene.scene import parse_scene
-
-        for entry in catalogue():
+    store, files, tried = Store(folder), KeptFiles(tables_folder(folder)), list[dict[str, Any]]()
+    add_source(store.surface)
+    while _locked(lock):
+        while (found := _next(store, files, tried)) is not None:
             if os.getppid() != service:
                 return
+            tried.append(found)
             with suppress(RidgewaveError):
-                solve_ahead(parse_scene({"finger": FINGER, **entry.document}), folder)
+                solve_ahead(found, folder)
+        fcntl.flock(lock, fcntl.LOCK_UN)
+        if _next(store, files, tried) is None:  # an import before the file was free has begun no process
+            return
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(Path(sys.argv[1]), int(sys.argv[2]))

@@ -223,7 +223,7 @@ class Settings:
         "on",
         _matching("on|off"),
         "on or off",
-        "Solve the textures of the catalogue ahead, after a start, in one process of the lowest priority.",
+        "Solve imported textures and the catalogue ahead, in one process of the lowest priority.",
     )
     max_import: int = _setting(
         134_217_728,

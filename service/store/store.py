@@ -180,6 +180,15 @@ class Store:
         with self._reading() as database:
             return _row(database, owner, name)
 
+    def newest(self, kind: str, most: int) -> list[StoredTexture]:
+        """Return the newest `most` textures of a kind and all owners, the newest first; each surface once."""
+        query = (
+            "SELECT name, address, kind, report, max(created) FROM textures WHERE kind = ? GROUP BY address "
+            "ORDER BY max(created) DESC, max(rowid) DESC LIMIT ?"
+        )
+        with self._reading() as database:
+            return [_texture(row) for row in database.execute(query, (kind, most))]
+
     def rename(self, owner: str, name: str, new: str) -> StoredTexture | None:
         """Rename the texture `name` of `owner`; None if there is none. Raises InvalidRequest, NameTaken."""
         check_name(new)

@@ -111,12 +111,13 @@ def highest_tops(texture, shape, tops):
             for part_x in range(finer_x):
                 next_x, moved = (part_x + 1, 0) if part_x + 1 < finer_x else (0, 1)
                 here, there = part_x * stride, next_x * stride + moved
-                for i in range(span - 1):
-                    a, b = texture[near + here + i], texture[near + there + i]
-                    c, d = texture[far + here + i], texture[far + there + i]
+                one, two, three, four = Place(near + here), Place(near + there), Place(far + here), Place(far + there)
+                for number in range(span - 1):
+                    i = Place(number)
+                    a, b, c, d = texture[one + i], texture[two + i], texture[three + i], texture[four + i]
                     slope_x, slope_y = per_x * max(abs(b - a), abs(d - c)), per_y * max(abs(c - a), abs(d - b))
                     width = np.sqrt(slope_x * slope_x + slope_y * slope_y)
-                    tops[row, i] = max(tops[row, i], max(max(a, b), max(c, d)) + half * width)
+                    tops[Place(row), i] = max(tops[Place(row), i], max(max(a, b), max(c, d)) + half * width)
     tops[:, span - 1] = tops[:, span - 2]
 
 

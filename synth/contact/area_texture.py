@@ -26,7 +26,7 @@ Indices = np.ndarray[Any, np.dtype[np.int64]]
 FINER = 8  # most places per cell: all cells read between places at once, and the errors of straight lines add up
 FINER_OF_SMALLER = 4  # the same of cells smaller than usual: what straight lines err by is then a third of the rest
 MOST_PLACES = 1 << 24  # of the texture: 64 MB
-PLACES_TOGETHER = 1 << 18  # that are computed together: 1 MB
+PLACES_TOGETHER = 1 << 17  # that are computed together: 0.5 MB
 KEPT = 4  # stored textures: a scene, the one before a change, and other sizes of the cells
 
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from synth.errors import CannotRender
 
@@ -58,7 +58,7 @@ class KeptFiles:
 
     def get(self, entry: FileEntry[T], build: Callable[[], T]) -> T:
         """Return the entry, from its file if there is one. Errors of `build` are raised and not kept."""
-        path = self.folder / f"{sha256(f'{source_hash()} {entry.text}'.encode()).hexdigest()}{entry.form.ending}"
+        path = self._path(entry)
         with suppress(OSError, CannotRender, ValueError, KeyError, TypeError):
             found = entry.form.read(path.read_bytes())
             os.utime(path)  # used now
@@ -68,6 +68,13 @@ class KeptFiles:
             self._write(path, entry.form.write(made))
             self._prune()
         return made
+
+    def has(self, entry: FileEntry[Any]) -> bool:
+        """Return whether the entry has a file. This does not count as a use."""
+        return self._path(entry).exists()
+
+    def _path(self, entry: FileEntry[Any]) -> Path:
+        return self.folder / f"{sha256(f'{source_hash()} {entry.text}'.encode()).hexdigest()}{entry.form.ending}"
 
     def _write(self, path: Path, content: bytes) -> None:
         self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)

@@ -12,7 +12,7 @@ Limits  The mean is subtracted. The shape between two heights is unknown.
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -21,7 +21,7 @@ import numpy as np
 
 from synth.surfaces.height_field import HeightField
 from synth.surfaces.profile import Array, Bounds
-from synth.surfaces.surface_data import SurfaceData
+from synth.surfaces.surface_data import Heights, SurfaceData
 
 Indices = np.ndarray[Any, np.dtype[np.intp]]
 
@@ -80,20 +80,31 @@ class MeasuredArea(HeightField):
         left, right, fx = _neighbours(np.asarray(x) + shift, self.data.spacing[0], columns)
         below, above, fy = _neighbours(np.asarray(y) + middle, self.data.spacing[1], rows)
         read, at = np.unique(np.concatenate([below, above]), return_inverse=True)
-        lines = (1.0 - fx) * self.data.heights[read][:, left] + fx * self.data.heights[read][:, right]
-        lower, upper = lines[at[: len(fy)]], lines[at[len(fy) :]]
-        return np.asarray((1.0 - fy)[:, np.newaxis] * lower + fy[:, np.newaxis] * upper - self._mean)
+        some = self.data.heights[read]
+        lines = (1.0 - fx) * some[:, left] + fx * some[:, right]
+        found, upper = lines[at[: len(fy)]], lines[at[len(fy) :]]
+        found *= (1.0 - fy)[:, np.newaxis]  # in place: fresh memory takes longer than the sums
+        upper *= fy[:, np.newaxis]
+        found += upper
+        found -= self._mean
+        return np.asarray(found)
+
+    def _parts(self) -> Iterator[Heights]:
+        """Yield the map in parts of some rows, each beginning with the last row of the one before.
+
+        Where the ends join, the first column is also the last one, and the first row too.
+        """
+        heights = self.data.heights if self.ends == "mirror" else np.pad(self.data.heights, ((0, 1), (0, 1)), "wrap")
+        step = max(1, HEIGHTS_TOGETHER // heights.shape[1])
+        for first in range(0, len(heights) - 1, step):
+            yield heights[first : first + step + 1]
 
     @cached_property
     def _steepest(self) -> tuple[float, float]:
         """Largest |dh/dx| and |dh/dy|."""
-        heights, found = self.data.heights, []
-        for axis, spacing in ((1, self.data.spacing[0]), (0, self.data.spacing[1])):
-            steepest = float(np.max(np.abs(np.diff(heights, axis=axis))))
-            if self.ends == "join":
-                steepest = max(steepest, float(np.max(np.abs(heights.take(0, axis) - heights.take(-1, axis)))))
-            found.append(steepest / spacing)
-        return found[0], found[1]
+        rises = [[np.max(np.abs(np.diff(rows, axis=axis))) for axis in (1, 0)] for rows in self._parts()]
+        along, across = np.max(rises, axis=0)
+        return float(along) / self.data.spacing[0], float(across) / self.data.spacing[1]
 
     @cached_property
     def bounds(self) -> Bounds:
@@ -110,16 +121,14 @@ class MeasuredArea(HeightField):
     @cached_property
     def rms(self) -> tuple[float, float]:
         """Rq (m) and rms slope along x of the bilinear surface, in closed form: those of its cells."""
-        heights = self.data.heights if self.ends == "mirror" else np.pad(self.data.heights, ((0, 1), (0, 1)), "wrap")
         square = slope = 0.0
-        step = max(1, HEIGHTS_TOGETHER // heights.shape[1])
-        for first in range(0, len(heights) - 1, step):
-            rows = heights[first : first + step + 1].astype(float) - self._mean
+        for part in self._parts():
+            rows = part.astype(float) - self._mean
             rises = np.diff(rows, axis=1)
             for one, two in ((slice(-1), slice(-1)), (slice(-1), slice(1, None)), (slice(1, None), slice(1, None))):
                 square += _product(rows[one], rows[two])
                 slope += float(np.einsum("ij,ij->", rises[one], rises[two]))
-        cells = 3.0 * (heights.shape[0] - 1) * (heights.shape[1] - 1)
+        cells = 3.0 * math.prod(count - (self.ends == "mirror") for count in self.data.heights.shape)
         return math.sqrt(max(square / cells, 0.0)), math.sqrt(slope / cells) / self.data.spacing[0]
 
 

@@ -35,7 +35,7 @@ class SurfaceData:
     def address(self) -> str:
         """SHA-256 of shape, spacing and heights, as 64 hexadecimal digits."""
         digest = sha256(f"{self.heights.shape} {self.spacing!r}".encode())
-        digest.update(np.ascontiguousarray(self.heights, dtype="<f4").tobytes())
+        digest.update(np.ascontiguousarray(self.heights, dtype="<f4").data)
         return digest.hexdigest()
 
     @property

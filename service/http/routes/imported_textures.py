@@ -102,6 +102,7 @@ async def import_texture(request: Request, parameters: Annotated[ImportParameter
     own = service.textures
     keep = partial(own.store.keep, own.owner(request.scope.get(KEY)), name)
     kept = await _stored(keep, found.surface, found.report["kind"], found.report, own.quota)
+    await asyncio.to_thread(service.prepare_textures)
     document["scene"] = {"texture": kept.texture}
     return JSONResponse(document, 201, NO_STORE | {"Location": f"/v1/textures/{name}"})
 
