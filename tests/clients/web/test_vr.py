@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -61,13 +61,27 @@ def iwer(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 @pytest.fixture(scope="module")
-def kept_table(browser: Browser, url: str, three: Path) -> Iterator[Page]:
+def own(service: Running) -> Iterator[dict[str, Any]]:
+    """Yield a texture that was imported before the page was opened."""
+    wave = "\n".join(str(20.0 * math.sin(0.1 * math.pi * index)) for index in range(400))
+    answer = service.client.post(
+        "/v1/textures", files={"file": ("own.csv", wave.encode())}, data={"unit": "um", "pixel": "20 um"}
+    )
+    assert answer.status_code == 201, answer.text
+    try:
+        yield answer.json()["scene"]["texture"]
+    finally:
+        service.client.delete("/v1/textures/own").raise_for_status()
+
+
+@pytest.fixture(scope="module")
+def kept_table(browser: Browser, url: str, three: Path, own: dict[str, Any]) -> Iterator[Page]:
     with at_the_table(browser, url, three) as (page, _):
         yield page
 
 
 @pytest.fixture(scope="module")
-def worn(browser: Browser, url: str, three: Path, iwer: str) -> Iterator[Page]:
+def worn(browser: Browser, url: str, three: Path, iwer: str, own: dict[str, Any]) -> Iterator[Page]:
     with at_the_table(browser, url, three, iwer) as (page, _):
         yield page
 
@@ -202,35 +216,24 @@ def test_arrow_keys_stroke_the_swatch_whose_button_has_the_focus(table: Page) ->
     assert table.evaluate("() => tools.silence()")
 
 
-def test_imported_textures_lie_beside_the_catalogue_and_sound(browser: Browser, service: Running, three: Path) -> None:
-    wave = "\n".join(str(20.0 * math.sin(0.1 * math.pi * index)) for index in range(400))
-    answer = service.client.post(
-        "/v1/textures", files={"file": ("own.csv", wave.encode())}, data={"unit": "um", "pixel": "20 um"}
-    )
-    assert answer.status_code == 201, answer.text
-    try:
-        with at_the_table(browser, service.url, three) as (page, _):
-            buttons = page.locator("#list button")
-            last = buttons.count() - 1
-            assert last == 12 and buttons.nth(last).inner_text().split("\n")[0] == "own"
-            buttons.nth(last).focus()
-            page.keyboard.press("ArrowUp")
-            page.wait_for_function(OPEN)
-            page.evaluate("() => { window.heard = tools.listen(); }")
-            for step in range(200):  # a stroke ends at the swatch's end, where a slow machine may not have heard it yet
-                key = ("ArrowRight", "ArrowLeft")[step % 2]
-                page.keyboard.down(key)
-                page.wait_for_function("() => ridgewave.touches[0]?.index === 12")
-                page.wait_for_function("() => ridgewave.touches.length === 0 || heard.peak > 0")
-                page.keyboard.up(key)
-                if page.evaluate("() => heard.peak") > 0:
-                    break
-            assert page.evaluate("() => heard.peak") > 0
-            assert (
-                page.evaluate("() => [...ridgewave.fingers][0].scene.held.texture") == answer.json()["scene"]["texture"]
-            )
-    finally:
-        service.client.delete("/v1/textures/own").raise_for_status()
+def test_imported_textures_lie_beside_the_catalogue_and_sound(table: Page, own: dict[str, Any]) -> None:
+    buttons = table.locator("#list button")
+    last = buttons.count() - 1
+    assert last == 12 and buttons.nth(last).inner_text().split("\n")[0] == "own"
+    buttons.nth(last).focus()
+    table.keyboard.press("ArrowUp")
+    table.wait_for_function(OPEN)
+    table.evaluate("() => { window.heard = tools.listen(); }")
+    for step in range(200):  # a stroke ends at the swatch's end, where a slow machine may not have heard it yet
+        key = ("ArrowRight", "ArrowLeft")[step % 2]
+        table.keyboard.down(key)
+        table.wait_for_function("() => ridgewave.touches[0]?.index === 12")
+        table.wait_for_function("() => ridgewave.touches.length === 0 || heard.peak > 0")
+        table.keyboard.up(key)
+        if table.evaluate("() => heard.peak") > 0:
+            break
+    assert table.evaluate("() => heard.peak") > 0
+    assert table.evaluate("() => [...ridgewave.fingers][0].scene.held.texture") == own
 
 
 def test_silence_takes_every_finger_off(table: Page) -> None:
