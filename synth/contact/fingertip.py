@@ -253,16 +253,8 @@ class FingertipContact(Contact):
     @property
     def key(self) -> Hashable:
         """Everything that z depends on, for a cache."""
-        return (
-            "fingertip",
-            self.geometry,
-            self.stiffness,
-            self.field,
-            self.footprint,
-            self.line,
-            self.coarser,
-            self.refines,
-        )
+        parts = self.geometry, self.stiffness, self.field, self.footprint
+        return "fingertip", *parts, self.line, self.coarser, self.refines
 
     def heights(self, phases: Array, loads: Array, path: Array | None = None) -> Array:
         """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), on its line or along a path.

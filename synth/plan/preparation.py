@@ -16,7 +16,6 @@ from __future__ import annotations
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -28,10 +27,8 @@ from synth.errors import Fault, SceneError
 from synth.motion.motion import LARGEST_LOAD
 from synth.motion.scan_motion import ScanMotion
 from synth.perception.threshold import imperceptible_tolerance
-from synth.plan.channels import APPROACH, NEARLY, SMALLEST_MOTION, ChannelPlan, SteadyScan, spendable
+from synth.plan.channels import NEARLY, SMALLEST_MOTION, ChannelPlan, SteadyScan, spendable
 from synth.plan.direct_plan import (
-    AREA_MEAN_TOLERANCE,
-    MEAN_TOLERANCE,
     DirectPlan,
     affordable,
     beyond_table,
@@ -39,20 +36,19 @@ from synth.plan.direct_plan import (
     follows_path,
     over_area,
 )
-from synth.plan.direct_plan import MEANS as AREA_MEANS
-from synth.plan.direct_plan import PLACES as AREA_PLACES
 from synth.plan.effect_choice import SimulationCase, outputs_of
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, shape_for, simulated_channel
-from synth.plan.frame_solver import WITH_MEAN, FramePlan, plan_frames
-from synth.plan.motion_peak import differs_from_cruise, peaks_along
-from synth.plan.path_frames import beside_cells, cells_along_path, path_frames
+from synth.plan.frame_solver import FramePlan, plan_frames
+from synth.plan.motion_peak import differs_from_cruise
+from synth.plan.own_motion import has_approach, own_motion, pressed
+from synth.plan.path_frames import beside_cells, cells_along_line, cells_along_path, path_frames
 from synth.plan.process_start import begun
 from synth.plan.request import N_MAX, Request, harmonics_in_band
 from synth.plan.scene_table import entry_of, kept_table, read_error
 from synth.plan.silence import above_band, silence_of
 from synth.plan.stretch import Stretch, on_whole, stretch_of
-from synth.response.mean_approach import Mean, mean_curve, mean_over_area
+from synth.response.mean_approach import Mean
 from synth.response.reading_filter import ORDERS
 from synth.response.response_cache import SHARED, ResponseCache
 from synth.response.spectrum import SPECTRUM_FORM, Demand, Spectrum, curves, fine_enough, points_for, solve_spectrum
@@ -66,7 +62,6 @@ from synth.surfaces.height_field import HeightField
 SERIES_SHARE = 0.7  # part of a moving scan's tolerance for its series; the folded error of a landing uses the rest
 TIGHTEST, LOOSEST = 1e-7, 3e-2  # range of the tolerance for "imperceptible", which is the range of accuracy.tolerance
 OF_LEVELS = 2e-2  # tolerance of a series from which a live voice that solves directly has its levels, and nothing else
-PLACES = 512  # of a long surface at which the peaks of displacement and approach are looked for
 LONGEST_WHOLE = 1.0  # m: longest period over which effects are solved: the longest of a texture that is not a profile
 WIDE = 64  # harmonics in the band: a live scan of an area with more is solved along its path, as its series takes long
 FELT = 0.1  # of the peak-to-peak: smaller errors cause no warning, as a hand distinguishes amplitudes by 0.1 to 0.25
@@ -179,15 +174,18 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
     scene, geometry = asked.scene, Geometry.of_scene(asked.scene)
     tolerance = scene.accuracy.tolerance if isinstance(scene.accuracy.tolerance, float) else EXACT
     solved = Preparation(*asked.request, tolerance, ScanMotion(scene).warnings())
-    silence = silence_of(asked, geometry) or ("" if _has_approach(scene) else above_band(asked))
+    silence = silence_of(asked, geometry) or ("" if has_approach(scene) else above_band(asked))
     if silence:
         return _silent(solved, silence)
     stretch, cells = None if asked.stretch is None else asked.stretch.profile, np.zeros(len(QUANTITIES))
     bounded = asked.area and not exact
     contact = affordable(scene, cache) if bounded else contact_of(scene, stretch, refines=file)
-    many = over_area(asked) or asked.load_varies or any(asked_effects(scene, Kind.BALANCE))  # solutions
-    if file and many and isinstance(geometry.profile, HeightField):
-        contact, cells = cells_along_path(asked, contact_of(scene, stretch), tolerance)
+    if isinstance(geometry.profile, HeightField):
+        many = over_area(asked) or asked.load_varies or any(asked_effects(scene, Kind.BALANCE))  # solutions
+        if file and many:
+            contact, cells = cells_along_path(asked, contact_of(scene, stretch), tolerance)
+        elif not file and not asked.area:
+            cells = cells_along_line(asked, contact)
     if scene.accuracy.tolerance == "imperceptible":
         tolerance = _imperceptible(contact, asked)
     left = beside_cells(tolerance, cells)
@@ -198,14 +196,17 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
     on_surface = None if asked.stretch is None else on_whole(contact, scene)
     solved = replace(solved, tolerance=tolerance, contact=contact, on_surface=on_surface)
     steady = SteadyScan(*asked.request, spectrum)
-    mean, peaks = _own_motion(steady, contact, solved.whole, tolerance)
+    mean, peaks = own_motion(steady, contact, solved.whole, tolerance)
     still = above_band(asked) or steady.silence(peaks)
     if still and not asked.by_hand:
-        if not _has_approach(scene):
+        if not has_approach(scene):
             return _silent(solved, still)
         solved = replace(solved, warnings=(*solved.warnings, still))
     channels = tuple(steady.planned(one, peaks, still=bool(still)) for one in scene.output.channel_list)
-    missed = tuple(text for text in (steady.warning(channel, tolerance) for channel in channels) if text)
+    if not asked.moving:
+        channels = tuple(one.with_error(cells) for one in channels)
+    told = tuple(one for one in channels if one.error > FELT or file or not cells.any())
+    missed = tuple(text for text in (steady.warning(channel, tolerance) for channel in told) if text)
     if scene.accuracy.tolerance == "imperceptible" and tolerance <= TIGHTEST:
         missed += (f"A tolerance of {TIGHTEST:g}, the tightest allowed, may leave an error that is felt.",)
     frames = None
@@ -274,15 +275,15 @@ def _shaped(asked: Request, contact: Contact, tolerance: float) -> tuple[Contact
     long = asked.stretch is not None
     # tables refine themselves
     if any(asked_effects(scene, Kind.BALANCE)) or ((asked.load_varies or long) and not asked.live):
-        pressed, ends = _pressed(scene), (0.0, HEAVIEST) if asked.by_hand else loads
-        judged = tuple(sorted({max(load, scene.scan.lift_load) for load in (*ends, pressed)}))
-        contact = fine_enough(contact, judged, pressed, demand)
+        usual, ends = pressed(scene), (0.0, HEAVIEST) if asked.by_hand else loads
+        judged = tuple(sorted({max(load, scene.scan.lift_load) for load in (*ends, usual)}))
+        contact = fine_enough(contact, judged, usual, demand)
     return contact, shapes, demand
 
 
 def _series(asked: Request, contact: Contact, demand: Demand, cache: ResponseCache) -> Spectrum:
     """Return the series of z that meets `demand`, at the load of the request."""
-    what = _pressed(asked.scene), demand, asked.reach
+    what = pressed(asked.scene), demand, asked.reach
     solve = partial(solve_spectrum, contact, *what)
     return cache.get(
         ("spectrum", contact.key, *what), solve, partial(entry_of, asked.scene, contact, what, SPECTRUM_FORM)
@@ -344,53 +345,9 @@ def _with_stages(solved: Preparation, effects: PreparedEffects, cache: ResponseC
     return replace(solved, effects=effects, warnings=warnings)
 
 
-def _own_motion(
-    asked: SteadyScan, series: Contact, contact: Contact, tolerance: float
-) -> tuple[Mean | None, dict[int, float]]:
-    """Return the mean of z, and the peak of each order along the scan's own motion.
-
-    They are None and empty if the scan's own speed and load determine the peaks.
-
-    series: contact of one period of the series; `contact` is on the whole surface.
-    """
-    scene, listed = asked.scene, asked.scene.output.channel_list
-    approach, long = _has_approach(scene), asked.stretch is not None
-    probed = np.arange(PLACES) / PLACES
-    peaks = asked.peaks_over(contact.heights(probed, np.full(PLACES, _pressed(scene)))) if long else {}
-    still = bool(asked.silence(peaks)) or not harmonics_in_band(scene, 1)
-    differs = still or differs_from_cruise(scene)  # in the turns more harmonics are in the band
-    if asked.by_hand or not asked.moving or not (approach or long or differs):
-        return None, peaks
-    mean = own_mean(asked, contact, tolerance)
-    if all(channel.full_scale for channel in listed) or not (approach or differs):
-        return mean, peaks
-    known = tuple(sorted({0, *asked.orders, *({WITH_MEAN} if approach else ())}))
-    found = peaks_along(contact, scene, mean, known, series)
-    return mean, dict(zip(known, found.tolist(), strict=True))
-
-
-def own_mean(asked: Request, contact: Any, tolerance: float) -> Mean:
-    """Return the mean of z that the displacement of the request leaves out; `tolerance` as of `mean_curve`."""
-    if over_area(asked):
-        return mean_over_area(contact, asked.loads, _pressed(asked.scene), AREA_MEAN_TOLERANCE, AREA_PLACES, AREA_MEANS)
-    if isinstance(contact.geometry.profile, HeightField):
-        tolerance = max(tolerance, MEAN_TOLERANCE)
-    return mean_curve(contact, asked.loads, _pressed(asked.scene), tolerance)
-
-
-def _has_approach(scene: Scene) -> bool:
-    """Return whether a channel is z itself, which is not 0 where the finger does not move."""
-    return any(channel.quantity == APPROACH for channel in scene.output.channel_list)
-
-
-def _pressed(scene: Scene) -> float:
-    """Return the load (N) at which the response of `scene` is solved: for a finger that pulls, the lift load."""
-    return scene.scan.load if scene.scan.load > 0.0 else scene.scan.lift_load
-
-
 def _imperceptible(contact: Contact, asked: Request) -> float:
     """Return the tolerance at which the error of the harmonics is not felt. `contact` is without effects on shape."""
-    spectrum = solve_spectrum(contact, _pressed(asked.scene), Demand(asked.highest, asked.orders, 1e-2))
+    spectrum = solve_spectrum(contact, pressed(asked.scene), Demand(asked.highest, asked.orders, 1e-2))
     turns, tolerance = abs(asked.turns), LOOSEST
     harmonics = np.arange(1, len(spectrum.harmonics)) * max(turns, 1e-9)
     for order in asked.orders:

@@ -87,12 +87,18 @@ def folded_errors(contact: Any, swing: Swing, loads: tuple[float, ...]) -> tuple
     return MORE_FOLDS * np.max(parts, axis=0), seconds
 
 
-def changed_by(contact: Any, better: Any, swing: Swing, load: float) -> Array:
-    """Return the change of each quantity from `contact` to `better`, relative to its peak-to-peak; 0 without one."""
-    if better is None:
-        return np.zeros(len(QUANTITIES))
-    before, after = (swing.curves(swing.heights(one, load, 0.5)) for one in (contact, better))
-    return relative(np.max(np.abs(after - before), axis=1), np.ptp(after, axis=1))
+def changed_by(contact: Any, better: Any, swing: Swing, load: float, begins: tuple[float, ...] = (0.5,)) -> Array:
+    """Return the largest change of each quantity from `contact` to `better`, relative to its largest peak-to-peak.
+
+    better: None: there is no change.
+    begins: where a swing begins, turns.
+    """
+    changed, extents = np.zeros((2, len(QUANTITIES)))
+    for begin in begins if better is not None else ():
+        before, after = (swing.curves(swing.heights(one, load, begin)) for one in (contact, better))
+        changed = np.maximum(changed, np.max(np.abs(after - before), axis=1))
+        extents = np.maximum(extents, np.ptp(after, axis=1))
+    return relative(changed, extents)
 
 
 def turning_errors(contact: Any, fine: Any, swing: Swing, load: float) -> Array:

@@ -143,6 +143,8 @@ class HeightList(QuantityList):
 
     def read(self, value: object) -> Heights:
         """Return the heights in m."""
+        if isinstance(value, list | tuple) and value and isinstance(value[0], list | tuple):
+            raise refused(self.allowed, 'Write rows of heights as texture.rows, with texture.kind "heightmap".')
         return value if isinstance(value, Heights) else Heights(super().read(value))
 
     def length_hint(self, count: int) -> str:

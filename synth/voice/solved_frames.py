@@ -13,7 +13,8 @@ import numpy as np
 from synth.arrays import Block
 from synth.plan.direct_plan import over_area
 from synth.plan.frame_solver import WITH_MEAN, FramePlan, FrameSolver, Heights
-from synth.plan.preparation import Preparation, own_mean
+from synth.plan.own_motion import own_mean
+from synth.plan.preparation import Preparation
 from synth.response.series_curve import SMALLEST, SeriesCurve
 
 

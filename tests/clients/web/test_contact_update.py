@@ -86,7 +86,7 @@ def test_a_contact_is_a_position_a_speed_or_a_place(functions: Page, given: dict
     assert "exactly one" in functions.evaluate(REFUSED, {"seq": 0, "time": 0, **given})
 
 
-CONVERSATION = """async (readies) => {
+PRETENDED = """
   const sockets = [];
   const open = () => {
     const socket = {readyState: WebSocket.OPEN, sent: [], send: (message) => socket.sent.push(message), close() {}};
@@ -95,7 +95,11 @@ CONVERSATION = """async (readies) => {
   };
   const connection = new modules.LiveConnection({url: "/v1/live", open});
   connection.start();
-  const [socket] = sockets;
+"""
+
+CONVERSATION = (
+    f"async (readies) => {{{PRETENDED}"
+    + """  const [socket] = sockets;
   const say = (document) => socket.onmessage({data: JSON.stringify(document)});
   const said = [];
   for (const [index, message] of readies.entries()) {
@@ -108,6 +112,7 @@ CONVERSATION = """async (readies) => {
   connection.stop();
   return said;
 }"""
+)
 
 
 def test_a_place_is_sent_where_the_texture_is_over_an_area_and_else_its_position(functions: Page) -> None:
@@ -125,16 +130,9 @@ def test_a_place_is_sent_where_the_texture_is_over_an_area_and_else_its_position
     assert said == [line[0], line[1], area[2], line[3], area[4]]
 
 
-WITHOUT_LOAD = """async ({ready, places, wait}) => {
-  const sockets = [];
-  const open = () => {
-    const socket = {readyState: WebSocket.OPEN, sent: [], send: (message) => socket.sent.push(message), close() {}};
-    sockets.push(socket);
-    return socket;
-  };
-  const connection = new modules.LiveConnection({url: "/v1/live", open});
-  connection.start();
-  const [first] = sockets;
+WITHOUT_LOAD = (
+    f"async ({{ready, places, wait}}) => {{{PRETENDED}"
+    + """  const [first] = sockets;
   first.onmessage({data: JSON.stringify(ready)});
   for (const place of places) connection.move({time: 2, ...place});
   connection.grant(480);
@@ -149,6 +147,7 @@ WITHOUT_LOAD = """async ({ready, places, wait}) => {
   const updates = ({sent}) => sent.filter((message) => message instanceof ArrayBuffer);
   return sockets.map((socket) => updates(socket).map((bytes) => [...new Uint8Array(bytes)]));
 }"""
+)
 
 
 def test_a_place_without_load_and_direction_is_sent_with_the_last_ones(functions: Page) -> None:

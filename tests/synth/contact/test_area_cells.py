@@ -13,6 +13,7 @@ from synth.contact.scene_contact import contact_of
 from synth.plan.preparation import prepare
 from synth.response.response_cache import ResponseCache
 from synth.response.spectrum import Demand, curves, harmonics_of, points_for, solve_spectrum
+from synth.response.table_error import QUANTITIES
 from synth.scene.scene import Scene, parse_scene
 from tests.few import paired, thorough
 
@@ -89,7 +90,7 @@ def test_cells_half_as_large_change_z_little(kind: str, name: str) -> None:
     assert found <= MOST[kind]
 
 
-@pytest.mark.parametrize(("length", "dots", "coarser"), [("2.3 mm", {}, 0.5), ("12.3 mm", CLOSE, 1.0)])
+@pytest.mark.parametrize(("length", "dots", "coarser"), [("2.3 mm", {}, 0.25), ("12.3 mm", CLOSE, 1.0)])
 def test_a_file_along_a_path_tells_the_error_of_its_cells(length: str, dots: dict[str, str], coarser: float) -> None:
     """On a small finger the cells become smaller. Those of a large one are too many."""
     path = [[0.05 * n, 4e-3 * n, 1e-3 * n, 0.0, 0.3] for n in range(5)]
@@ -100,6 +101,23 @@ def test_a_file_along_a_path_tells_the_error_of_its_cells(length: str, dots: dic
     error = max(solved.frames.errors)
     assert solved.contact.coarser == coarser
     assert error <= 0.03 if coarser < 1.0 else 0.01 < error < 0.3
+
+
+@pytest.mark.parametrize("kind", MOST)
+@pytest.mark.parametrize("seed", [20, *(thorough(seed) for seed in range(8))])
+def test_a_stream_along_a_line_tells_the_error_of_its_cells(kind: str, seed: int) -> None:
+    """Its cells are those of a hand, which are larger than those of a file at its tolerance."""
+    scene, load = random_scene(kind, seed)
+    scene = parse_scene(scene.model_dump(exclude_unset=True) | {"output": {"channels": list(QUANTITIES)}})
+    solved = prepare(scene, ResponseCache(), paced=True)
+    assert solved.spectrum is not None and not solved.moving
+    kept, phases = solved.highest + 1, np.arange(solved.spectrum.phases) / solved.spectrum.phases
+    exact = harmonics_of(contact_of(scene, coarser=0.25).approach(phases, load)[0], solved.highest)
+    for channel in solved.channels:
+        both = solved.spectrum.harmonics[:kept] - exact[:kept], exact[:kept]
+        gap, moved = (curves(one, channel.order, points_for(solved.highest)) for one in both)
+        found = float(np.max(np.abs(gap)) / np.ptp(moved))
+        assert 0.2 * channel.error <= found <= channel.error
 
 
 def test_the_share_of_a_cell_inside_an_edge_is_that_of_its_places() -> None:

@@ -1,0 +1,72 @@
+"""The peaks of each quantity along a scan's own motion, and the mean of z that displacement leaves out.
+
+Stage   2, used by `preparation`.
+Model   Where the peaks along the motion are not those of the steady scan, `motion_peak` finds them. On a long surface
+        the peaks of displacement and approach are those at PLACES places.
+Source  design, section 4.
+Limits  A peak between two of the places is missed.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from synth.contact.load_balance import Contact
+from synth.plan.channels import APPROACH, SteadyScan
+from synth.plan.direct_plan import AREA_MEAN_TOLERANCE, MEAN_TOLERANCE, over_area
+from synth.plan.direct_plan import MEANS as AREA_MEANS
+from synth.plan.direct_plan import PLACES as AREA_PLACES
+from synth.plan.frame_solver import WITH_MEAN
+from synth.plan.motion_peak import differs_from_cruise, peaks_along
+from synth.plan.request import Request, harmonics_in_band
+from synth.response.mean_approach import Mean, mean_curve, mean_over_area
+from synth.scene.scene import Scene
+from synth.surfaces.height_field import HeightField
+
+PLACES = 512  # of a long surface at which the peaks of displacement and approach are looked for
+
+
+def own_motion(
+    asked: SteadyScan, series: Contact, contact: Contact, tolerance: float
+) -> tuple[Mean | None, dict[int, float]]:
+    """Return the mean of z, and the peak of each order along the scan's own motion.
+
+    They are None and empty if the scan's own speed and load determine the peaks.
+
+    series: contact of one period of the series; `contact` is on the whole surface.
+    """
+    scene, listed = asked.scene, asked.scene.output.channel_list
+    approach, long = has_approach(scene), asked.stretch is not None
+    probed = np.arange(PLACES) / PLACES
+    peaks = asked.peaks_over(contact.heights(probed, np.full(PLACES, pressed(scene)))) if long else {}
+    still = bool(asked.silence(peaks)) or not harmonics_in_band(scene, 1)
+    differs = still or differs_from_cruise(scene)  # in the turns more harmonics are in the band
+    if asked.by_hand or not asked.moving or not (approach or long or differs):
+        return None, peaks
+    mean = own_mean(asked, contact, tolerance)
+    if all(channel.full_scale for channel in listed) or not (approach or differs):
+        return mean, peaks
+    known = tuple(sorted({0, *asked.orders, *({WITH_MEAN} if approach else ())}))
+    found = peaks_along(contact, scene, mean, known, series)
+    return mean, dict(zip(known, found.tolist(), strict=True))
+
+
+def own_mean(asked: Request, contact: Any, tolerance: float) -> Mean:
+    """Return the mean of z that the displacement of the request leaves out; `tolerance` as of `mean_curve`."""
+    if over_area(asked):
+        return mean_over_area(contact, asked.loads, pressed(asked.scene), AREA_MEAN_TOLERANCE, AREA_PLACES, AREA_MEANS)
+    if isinstance(contact.geometry.profile, HeightField):
+        tolerance = max(tolerance, MEAN_TOLERANCE)
+    return mean_curve(contact, asked.loads, pressed(asked.scene), tolerance)
+
+
+def has_approach(scene: Scene) -> bool:
+    """Return whether a channel is z itself, which is not 0 where the finger does not move."""
+    return any(channel.quantity == APPROACH for channel in scene.output.channel_list)
+
+
+def pressed(scene: Scene) -> float:
+    """Return the load (N) at which the response of `scene` is solved: for a finger that pulls, the lift load."""
+    return scene.scan.load if scene.scan.load > 0.0 else scene.scan.lift_load
