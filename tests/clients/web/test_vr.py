@@ -27,7 +27,8 @@ STROKE = """async ({hand, id, index, depth}) => {
   await tools.until(() => ridgewave.fingers.size === 1 && [...ridgewave.fingers][0].source);
   const heard = tools.listen();
   const touches = [];
-  for (let step = 0; step < 200 && !(step >= 6 && heard.peak > 0); step += 1) {
+  const felt = () => heard.peak > 0 && (hand === "hand" || tools.pulses.length > 0);
+  for (let step = 0; step < 200 && !(step >= 6 && felt()); step += 1) {
     await tools.put(held(tools.device), id, {x: x - 0.04 + 0.004 * (step % 20), y: -depth, z});
     touches.push(...ridgewave.touches);
   }
@@ -123,7 +124,7 @@ def no_finger(page: Page) -> None:
 
 
 def test_a_controller_sounds_and_vibrates_where_it_touches_until_it_lifts(headset: Page) -> None:
-    headset.evaluate("() => tools.heed('right')")
+    headset.evaluate("() => { tools.pulses = []; tools.heed('right'); }")
     report = headset.evaluate(STROKE, {"hand": "controller", "id": "right controller", "index": SWATCH, "depth": 0.003})
     assert {touch["index"] for touch in report["touches"]} == {SWATCH}
     assert all(touch["load"] == pytest.approx(0.6, abs=0.01) for touch in report["touches"]), "3 mm at 200 N/m"
@@ -189,9 +190,20 @@ def test_a_mouse_that_presses_and_strokes_sounds_and_is_silent_when_it_lets_go(t
         }"""
     )
     table.mouse.move(x, y)
+    table.evaluate(
+        """() => {
+          const look = () => {
+            const [touch] = ridgewave.touches;
+            if (touch) window.first = {...touch};
+            else requestAnimationFrame(look);
+          };
+          window.first = null;
+          look();
+        }"""
+    )
     table.mouse.down()
-    table.wait_for_function("() => [...ridgewave.fingers].some((finger) => finger.touching)")
-    (first,) = table.evaluate("() => ridgewave.touches")
+    table.wait_for_function("() => window.first && [...ridgewave.fingers].some((finger) => finger.touching)")
+    first = table.evaluate("() => window.first")
     assert first["index"] == 4 and 0.3 <= first["load"] < 3.0
     table.evaluate("() => { window.heard = tools.listen(); }")
     turns = itertools.count()
