@@ -35,7 +35,7 @@ from synth.contact.load_balance import Contact
 from synth.motion.motion import LOAD, Motion
 from synth.motion.scan_motion import ScanMotion
 from synth.response.mean_approach import Mean
-from synth.response.spectrum import Demand, solve_spectrum
+from synth.response.spectrum import Demand, Spectrum, solve_spectrum
 from synth.scene.scene import Scene
 
 Heights = Callable[..., Array]
@@ -82,13 +82,21 @@ class FramePlan:
 
 
 def plan_frames(
-    contact: Contact, scene: Scene, demand: Demand, tolerance: float, scale: float, *, solved: bool = False
+    contact: Contact,
+    scene: Scene,
+    demand: Demand,
+    known: tuple[float, Spectrum],
+    tolerance: float,
+    scale: float,
+    *,
+    solved: bool = False,
 ) -> FramePlan | None:
     """Return how the moving scan of `scene` is solved, or None if that would take too much time or memory.
 
     contact: the contact, of a stretch where the surface is long.
     solved: every solution is one of eq. 1, also where the load is constant, and is not read from a series.
     demand: harmonics, orders and tolerance of the series.
+    known: a load (N) and its series to this demand.
     tolerance: whole tolerance, of which that of the demand is a part.
     scale: the kept band, as a part of the whole band.
     """
@@ -96,7 +104,8 @@ def plan_frames(
     low, high = (max(load, scene.scan.lift_load) for load in motion.recorded_loads())
     varies = motion.load_range()[0] != motion.load_range()[1]
     probed = np.geomspace(low, high, PROBED_LOADS) if high > low else [low]
-    series = [solve_spectrum(contact, float(load), demand) for load in probed]
+    own, steady = known
+    series = [steady if load == own else solve_spectrum(contact, float(load), demand) for load in probed]
     # The number of phases was doubled until the series reached the tolerance, so fewer phases are enough.
     spared = [min(max((max(one.errors) / demand.tolerance) ** (1.0 / FALL), 0.5), 1.0) for one in series]
     phases = max(FEWEST_PHASES, *(one.phases * part for one, part in zip(series, spared, strict=True)))

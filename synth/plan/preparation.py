@@ -215,7 +215,8 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
         if over_area(asked):
             frames = path_frames(asked, contact, cells, tolerance, scale)
         else:
-            frames = plan_frames(contact, scene, demand, left, scale, solved=asked.stretch is not None)
+            known = pressed(scene), spectrum
+            frames = plan_frames(contact, scene, demand, known, left, scale, solved=asked.stretch is not None)
             frames = frames and frames.with_errors(cells[list(asked.orders)])
     warnings = solved.warnings + missed
     solved = replace(solved, spectrum=spectrum, channels=channels, warnings=warnings, mean=mean, frames=frames)
