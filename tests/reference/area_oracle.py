@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 Real = np.ndarray[Any, np.dtype[np.float64]]
 Heights = Callable[[Real, Real], Real]
 
-IN_A_CELL = 12  # points along and across
+IN_A_CELL = 8  # points along and across
 ALONG_A_COMB = 500  # the same of a comb
 
 

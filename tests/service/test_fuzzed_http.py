@@ -4,7 +4,7 @@ Model: schemathesis draws requests from the OpenAPI document of the service, val
     in process. An answer must have a documented status, media type and schema. The only status from 500 on is 503, with
     a problem that is documented for 503.
 Limits: streams are finite and renders short, because an answer in process is collected whole. PortAudio is disabled, so
-    that no test plays on a device. The real engine gets fewer calls than the plain one. `-m thorough` draws eight
+    that no test plays on a device. The real engine gets fewer calls than the plain one. `-m thorough` draws four
     times as many requests.
 """
 
@@ -52,7 +52,7 @@ MAY_BE_503 = {kind.uri for kind in problems.TYPES.values() if kind.status == 503
 LONGEST = 0.25  # s of a render or a stream in these tests
 EXAMPLES = 4  # requests per call and mode
 REAL_EXAMPLES = 2  # to the real engine, which can take seconds for a random scene
-THOROUGH = 8
+THOROUGH = 4
 REAL = (
     "POST /v1/render",
     "POST /v1/explain",

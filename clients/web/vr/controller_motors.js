@@ -18,9 +18,15 @@ export class ControllerMotors {
 
   /** @param {XRSession | null} session with the controllers to use; null: none */
   follow(session) {
+    this.#release();
+    this.session = session;
+    session?.addEventListener("inputsourceschange", () => this.#release());
+  }
+
+  /** Stops the motors, and looks for those of each hand anew when it next touches. */
+  #release() {
     for (const motor of this.motors.values()) motor.stop();
     this.motors.clear();
-    this.session = session;
   }
 
   /**

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 import soundfile
 
-from tests.clients.web.browser import watched
-from tests.clients.web.conftest import loaded
+from tests.clients.web.browser import visited
+from tests.clients.web.conftest import link_to, loaded
 from tests.clients.web.page_service import WEB, Breaker
 from tests.conftest import RunsRidgewave
 from tests.service.harness import Running, kept_engine, serving
@@ -161,8 +161,9 @@ def test_what_is_fixed_for_a_stream_is_changed_by_a_new_one(comb_page: Page) -> 
     stroke_pad(comb_page)
 
 
-def test_a_service_that_goes_away_is_told_and_found_again(chromium: Browser, service: Running) -> None:
-    with Breaker(service.url) as breaker, watched(chromium, breaker.url + "/") as (page, watch):
+def test_a_service_that_goes_away_is_told_and_found_again(kept_touch_page: Page, service: Running) -> None:
+    page = kept_touch_page
+    with Breaker(service.url) as breaker, visited(page, breaker.url + link_to({})) as watch:
         watch.allow("ERR_|WebSocket")
         loaded(page)
         started(page)
@@ -262,15 +263,13 @@ def test_a_gamepad_rumbles_along(comb_page: Page) -> None:
         ("**/v1/textures", "The service does not answer. Check that it is running"),
     ],
 )
-def test_what_does_not_load_is_told(chromium: Browser, service: Running, missing: str, told: str) -> None:
-    context = chromium.new_context()
-    page = context.new_page()
+def test_what_does_not_load_is_told(kept_touch_page: Page, service: Running, missing: str, told: str) -> None:
+    page = kept_touch_page
     page.route(missing, lambda route: route.abort())
-    page.goto(service.url)
-    page.wait_for_function("() => document.getElementById('loading').getAttribute('role') === 'alert'")
-    text = page.locator("#loading").inner_text()
-    context.close()
-    assert text.startswith(told)
+    with visited(page, service.url + "/") as watch:
+        watch.allow("ERR_FAILED|dynamically imported module|ServiceProblem")
+        page.wait_for_function("() => document.getElementById('loading').getAttribute('role') === 'alert'")
+        assert page.locator("#loading").inner_text().startswith(told)
 
 
 def test_without_javascript_the_page_says_what_to_do(chromium: Browser, service: Running) -> None:
@@ -282,8 +281,9 @@ def test_without_javascript_the_page_says_what_to_do(chromium: Browser, service:
     assert "This page needs JavaScript. Allow it for this site and reload the page." in text
 
 
-def test_a_service_with_a_key_asks_for_it(chromium: Browser, key_service: Running) -> None:
-    with watched(chromium, key_service.url + "/") as (page, watch):
+def test_a_service_with_a_key_asks_for_it(kept_touch_page: Page, key_service: Running) -> None:
+    page = kept_touch_page
+    with visited(page, key_service.url + link_to({})) as watch:
         watch.allow("status of 401|ServiceProblem")
         page.locator("#key-text").fill("wrong")
         page.keyboard.press("Enter")

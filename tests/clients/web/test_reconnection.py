@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 from urllib.parse import quote, urlsplit
 
 import numpy as np
+import pytest
 import soundfile
 
-from tests.clients.web.browser import Watch, watched
+from tests.clients.web.browser import Watch, visited
 from tests.clients.web.conftest import MODULES, modules_loaded
 from tests.clients.web.page_service import Breaker, serving_pages
 from tests.clients.web.test_sound import sounding
@@ -21,7 +22,7 @@ from tests.service.harness import Running
 from tests.service.plain_engine import PlainEngine, warmed_up
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Page
 
 BROKEN = r"WebSocket connection to .* failed|Failed to load resource"
 
@@ -51,18 +52,24 @@ END = """async () => {
 PLAYED = "(frames) => run.finger.source.played > frames"
 
 
+@pytest.fixture
+def page(kept_modules: Page) -> Page:
+    """Return an empty page, one for all tests."""
+    return kept_modules
+
+
 @contextmanager
-def modules_loaded_at(chromium: Browser, url: str) -> Iterator[tuple[Page, Watch]]:
-    """Yield a page at `url` with the modules in it, and what watches it."""
-    with watched(chromium, url) as (page, watch):
+def modules_loaded_at(page: Page, url: str) -> Iterator[Watch]:
+    """Yield what watches the page, at `url` with the modules in it."""
+    with visited(page, url) as watch:
         modules_loaded(page)
-        yield page, watch
+        yield watch
 
 
 def test_a_reset_loses_no_sample_and_doubles_none(
-    chromium: Browser, service: Running, tmp_path: Path, ridgewave: RunsRidgewave
+    page: Page, service: Running, tmp_path: Path, ridgewave: RunsRidgewave
 ) -> None:
-    with Breaker(service.url) as breaker, modules_loaded_at(chromium, breaker.url + MODULES) as (page, watch):
+    with Breaker(service.url) as breaker, modules_loaded_at(page, breaker.url + MODULES) as watch:
         watch.allow(BROKEN)
         addresses: list[str] = []
         page.on("websocket", lambda socket: addresses.append(urlsplit(socket.url).query))
@@ -94,7 +101,7 @@ def test_a_reset_loses_no_sample_and_doubles_none(
     assert np.array_equal(heard.view(np.uint32), rendered.view(np.uint32))
 
 
-def test_a_service_that_comes_back_at_its_port_is_found_again(chromium: Browser) -> None:
+def test_a_service_that_comes_back_at_its_port_is_found_again(page: Page) -> None:
     with ExitStack() as stack:
         first = ExitStack()
         engine = PlainEngine()
@@ -102,7 +109,7 @@ def test_a_service_that_comes_back_at_its_port_is_found_again(chromium: Browser)
         warmed_up(running, engine)
         port = urlsplit(running.url).port
         try:
-            page, watch = stack.enter_context(modules_loaded_at(chromium, running.url + MODULES))
+            watch = stack.enter_context(modules_loaded_at(page, running.url + MODULES))
             watch.allow(BROKEN)
             page.evaluate(BEGIN, {})
             page.wait_for_function(PLAYED, arg=4800)
@@ -122,12 +129,12 @@ def test_a_service_that_comes_back_at_its_port_is_found_again(chromium: Browser)
     assert len(sounding(report)) == report["given"]
 
 
-def test_a_service_that_was_killed_and_forgot_the_session_gets_a_new_one(chromium: Browser) -> None:
+def test_a_service_that_was_killed_and_forgot_the_session_gets_a_new_one(page: Page) -> None:
     with (
         serving_pages(PlainEngine()) as old,
         serving_pages(PlainEngine()) as new,
         Breaker(old.url) as breaker,
-        modules_loaded_at(chromium, breaker.url + MODULES) as (page, watch),
+        modules_loaded_at(page, breaker.url + MODULES) as watch,
     ):
         watch.allow(BROKEN)
         page.evaluate(BEGIN, {})
@@ -154,11 +161,11 @@ FIVE = """async () => {
 }"""
 
 
-def test_a_service_that_is_gone_is_asked_for_by_one_and_ever_more_seldom(chromium: Browser) -> None:
+def test_a_service_that_is_gone_is_asked_for_by_one_and_ever_more_seldom(page: Page) -> None:
     with (
         serving_pages(PlainEngine()) as running,
         Breaker(running.url) as breaker,
-        modules_loaded_at(chromium, breaker.url + MODULES) as (page, watch),
+        modules_loaded_at(page, breaker.url + MODULES) as watch,
     ):
         watch.allow(BROKEN)
         page.evaluate(FIVE)
@@ -175,10 +182,10 @@ def test_a_service_that_is_gone_is_asked_for_by_one_and_ever_more_seldom(chromiu
 KEY = "sesam~+/&=%#?>>"
 
 
-def test_a_key_in_the_address_opens_calls_and_streams_and_leaves_the_address(chromium: Browser) -> None:
+def test_a_key_in_the_address_opens_calls_and_streams_and_leaves_the_address(page: Page) -> None:
     with serving_pages(PlainEngine(), api_keys=KEY) as running:
         address = f"{running.url}{MODULES}#key={quote(KEY, safe='')}&scene=e30"
-        with modules_loaded_at(chromium, address) as (page, _):
+        with modules_loaded_at(page, address):
             assert page.evaluate("() => location.hash") == "#scene=e30"
             assert page.evaluate("async () => (await modules.call('GET', '/v1/textures')) !== null")
             page.evaluate(BEGIN, {})
@@ -204,10 +211,10 @@ REFUSED = """async () => {
 }"""
 
 
-def test_without_its_key_the_page_says_what_is_wanted(chromium: Browser) -> None:
+def test_without_its_key_the_page_says_what_is_wanted(page: Page) -> None:
     with (
         serving_pages(PlainEngine(), api_keys=KEY) as running,
-        modules_loaded_at(chromium, running.url + MODULES) as (page, watch),
+        modules_loaded_at(page, running.url + MODULES) as watch,
     ):
         watch.allow(BROKEN)
         over_http, live = page.evaluate(REFUSED)
@@ -229,10 +236,10 @@ ENDED = """async (scene) => {
 }"""
 
 
-def test_a_session_that_reaches_its_limit_says_so(chromium: Browser) -> None:
+def test_a_session_that_reaches_its_limit_says_so(page: Page) -> None:
     with (
         serving_pages(PlainEngine(), max_stream=0.3) as running,
-        modules_loaded_at(chromium, running.url + MODULES) as (page, _),
+        modules_loaded_at(page, running.url + MODULES),
     ):
         report = page.evaluate(ENDED, {})
     assert (report["reason"], report["state"]) == ("too long", "ended")

@@ -69,7 +69,7 @@ def on_field(scene: Any, field: HeightField) -> FingertipContact | CombOnArea:
     return CombOnArea(geometry, Stiffness.of_contact(geometry, contact.stiffness.contact_modulus))
 
 
-@pytest.mark.parametrize("seed", [*range(6), *(thorough(seed) for seed in range(6, 50))])
+@pytest.mark.parametrize("seed", [*range(4), *(thorough(seed) for seed in range(4, 50))])
 def test_z_is_that_of_brute_force_over_the_points(seed: int) -> None:
     contact, field, heights, load = random_case(seed)
     x, y, h1, share = points_of(contact)

@@ -46,6 +46,7 @@ def test_both_ends_are_accepted_and_render_and_what_is_beyond_is_refused_by_name
         "texture": {"kind": "dots"},
         "scan": {name: end},
         "output": {"duration": 0.01},
+        "accuracy": {"tolerance": 0.03},
     }
     assert np.isfinite(rw.render(short).values).all()
     for beyond in (math.nextafter(end, sign * math.inf), math.nan, sign * math.inf):

@@ -11,13 +11,19 @@ import numpy as np
 import pytest
 
 from synth import open_voice
+from synth.scene.merge import merge_patch
 from synth.scene.quantity import Dimension, parse_quantity
 from synth.scene.scene import Scene, parse_scene, parse_scene_text, scene_document
 from synth.scene.text import object_from_text
 from synth.scene.texture_registry import kinds
+from synth.surfaces import profile_of
+from synth.surfaces.height_field import HeightField
+from tests.few import thorough
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "docs" / "examples"
 FILES = sorted(EXAMPLES.glob("*.json"))
+SMALL = {"finger": {"contact_length": "2.5 mm"}, "accuracy": {"tolerance": 0.03}}
+"""A finger over an area takes a thirtieth of the time."""
 TRUST = {"read", "computed", "usual", "chosen"}
 
 each_file = pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
@@ -64,8 +70,12 @@ def test_an_example_is_a_scene_that_reads_back(path: Path) -> None:
 
 
 @each_file
-def test_an_example_renders(path: Path) -> None:
-    values = open_voice(parse_scene_text(path.read_bytes())).render(2400)
+@pytest.mark.parametrize("changes", [SMALL, thorough({})], ids=["small over an area", "as it is"])
+def test_an_example_renders(path: Path, changes: dict[str, Any]) -> None:
+    document = object_from_text(path.read_bytes())
+    if isinstance(profile_of(parse_scene(document)), HeightField):
+        document = merge_patch(document, changes)
+    values = open_voice(parse_scene(document)).render(2400)
     assert np.all(np.isfinite(values))
     assert np.ptp(values) > 0.0
 

@@ -108,14 +108,20 @@ def test_blocks_of_any_size_give_the_samples_of_one() -> None:
         first += frames
 
 
-@pytest.mark.parametrize("turned", [0.0, 0.2])
-def test_a_hand_is_the_line_of_the_file_within_the_told_error(turned: float) -> None:
-    voice, frames, angle = led().twin(), 1000, 0.5
+@pytest.mark.parametrize(
+    ("line", "angle", "turned"),
+    [({"heading": "90 deg"}, 0.5 * math.pi, 0.0), ({"heading": 0.5, "direction": 0.2}, 0.5, 0.2)],
+    ids=["across", "turned"],
+)
+def test_a_hand_is_the_line_of_the_file_within_the_told_error(
+    line: dict[str, Any], angle: float, turned: float
+) -> None:
+    voice, frames = led().twin(), 1000
     p = 0.08 * np.arange(frames) / RATE
     motion = Motion.of(frames, position=p * math.cos(angle), across=p * math.sin(angle), direction=turned, load=0.3)
     late = voice.late
     found = voice.render(frames, motion)[late + 200 :] * voice.full_scale
-    wanted = exact(heading=angle, direction=turned)[200 : frames - late]
+    wanted = exact(**line)[200 : frames - late]
     plan = voice._for_hand
     assert plan is not None and plan.direct is not None
     told = np.array([channel.error for channel in plan.channels])
