@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from synth.contact.scene_contact import contact_of
+from synth.response.load_grid import heaviest_row
 from synth.scene.scene import parse_scene
 from synth.voice.voice import open_voice
 from tests.few import few, thorough
@@ -26,6 +28,17 @@ def test_the_default_scene_keeps_its_tolerance(rate: int) -> None:
 def test_random_scenes_keep_their_tolerance(seed: int) -> None:
     random = np.random.default_rng(1000 + seed)
     check_steady(parse_scene(random_document(random, RATES[seed % 4])), 1e-3)
+
+
+@pytest.mark.parametrize("below", [0.03, 0.003])
+@pytest.mark.parametrize("seed", few((13, 35, *range(6)), 2))
+def test_a_scan_just_below_full_contact_keeps_its_tolerance(seed: int, below: float) -> None:
+    """Two valleys part for a short time only, between the phases of a series that seems to have converged."""
+    document = random_document(np.random.default_rng(5000 + seed), 48000)
+    full, is_full = heaviest_row(contact_of(parse_scene(document)), 1000.0)
+    assert is_full
+    document["scan"]["load"] = (1.0 - below) * full
+    check_steady(parse_scene(document), 1e-3)
 
 
 @pytest.mark.slow
