@@ -132,11 +132,22 @@ def test_no_other_origin_is_allowed_by_default(app: FastAPI) -> None:
 
 
 @pytest.mark.parametrize(
-    "value", [None, "", "Bearer", "Bearer ", "Bearer wrong", "Bearer key-on", "Bearer key-one2", "Basic key-one"]
+    "value",
+    [
+        None,
+        "",
+        "Bearer",
+        "Bearer ",
+        "Bearer wrong",
+        "Bearer key-on",
+        "Bearer key-one2",
+        "Basic key-one",
+        "Bearer key-two-long",
+    ],
 )
 def test_without_a_key_a_call_has_no_effect(value: str | None) -> None:
     engine = PlainEngine()
-    app = create_app(settings_of(api_keys="key-one,key-two"), engine)
+    app = create_app(settings_of(api_keys="key-one,key-two,key-two-longer"), engine)
     headers = {} if value is None else {"Authorization": value}
     for method, path in [*WRITES, ("GET", "/v1/textures"), ("GET", "/v1/devices"), ("GET", "/nothing")]:
         answer = ask(app, method, path.format(id="x"), json={}, headers=headers)

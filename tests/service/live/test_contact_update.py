@@ -160,6 +160,13 @@ def test_a_binary_place_that_is_wrong_is_told_by_field(change: tuple[int, int, b
     assert fault["pointer"] == pointer and fault["allowed"] and fault["hint"]
 
 
+@pytest.mark.parametrize("time", [math.nan, math.inf, -math.inf])
+def test_a_binary_position_at_no_time_is_refused(time: float) -> None:
+    driver = over_area()
+    driver.binary(struct.pack("<BBHIddf", 1, 0, 0, 1, time, 0.1, 0.5))
+    assert refused(driver)["pointer"] == "/time"
+
+
 def test_a_place_without_load_and_direction_is_not_looked_at_there() -> None:
     driver = over_area()
     data = bytearray(place(1, 0.0, 0.0, load=None))

@@ -27,6 +27,7 @@ from synth.surfaces.surface_data import SurfaceData
 from tests.few import thorough
 from tests.reference import area_oracle
 from tests.synth.contact.area_points import points_of
+from tests.synth.engine_cases import Real
 
 SMALL = {"contact_length": "1.5 mm"}
 LEVELS, SMALLER_LEVELS = 4e-3, 1.5e-3  # of the texture's height: errors with cells of the usual size and half as large
@@ -148,6 +149,21 @@ def test_a_map_that_is_constant_across_is_its_profile(finger: dict[str, Any]) ->
     for load in (0.1, 1.0):
         wanted, found = line.approach(phases, load)[0], area.approach(phases, load)[0]
         assert np.ptp(found - wanted) < 2e-2 * np.ptp(wanted)  # the points of a fingertip lie elsewhere in both
+
+
+@pytest.mark.parametrize("finger", [{}, {"kind": "fingertip"}])
+def test_a_finger_that_stands_aside_touches_what_lies_there(finger: dict[str, Any]) -> None:
+    """At y it is the finger at y = 0 on a map whose rows are moved by y."""
+    spacing, rows = 0.25e-3, np.random.default_rng(8).normal(0.0, 10e-6, (13, 12))
+
+    def z(heights: Real, y: float) -> Real:
+        texture = {"kind": "heightmap", "rows": heights.tolist(), "spacing": spacing, "ends": "join"}
+        scene = parse_scene({"finger": {**finger, "contact_length": "2 mm"}, "texture": texture, "scan": {"y": y}})
+        return contact_of(scene).approach(np.arange(16) / 16, 0.5)[0]
+
+    aside, straight = z(rows, 3 * spacing), z(rows, 0.0)
+    assert np.ptp(aside - z(np.roll(rows, -3, axis=0), 0.0)) < 1e-3 * np.ptp(aside)
+    assert np.ptp(aside - straight) > 0.1 * np.ptp(aside)
 
 
 @pytest.mark.parametrize("finger", [{}, {"kind": "fingertip"}])

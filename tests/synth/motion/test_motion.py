@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from synth.motion.motion import LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE, Motion
+from synth.motion.motion import LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE, Motion, completed
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
 from synth.scene.scene import Scene
 from tests.synth.engine_cases import Real, scene_of
@@ -25,6 +25,14 @@ def stroke(**fields: object) -> Scene:
 def slope(values: Real) -> Real:
     """Return the derivative of samples by five-point differences, float64 [frames - 4]."""
     return (values[:-4] - 8 * values[1:-3] + 8 * values[3:-1] - values[4:]) * RATE / 12
+
+
+def test_missing_rates_are_the_differences_from_frame_to_frame() -> None:
+    before = np.full(4, np.nan)
+    first = completed(Motion.of(2, load=[0.1, 0.3], position=[0.0, 1e-4]), 100, before).samples
+    second = completed(Motion.of(1, load=[0.2], position=[4e-4]), 100, before).samples
+    assert first == pytest.approx(np.array([[0.0, 0.01], [0.0, 0.0], [0.1, 0.3], [0.0, 20.0], [0.0, 0.0]]))
+    assert second == pytest.approx(np.array([[0.03], [2.0], [0.2], [-10.0], [-3000.0]]))
 
 
 @pytest.mark.parametrize("scene", [stroke(), trajectory()], ids=["stroke", "trajectory"])
