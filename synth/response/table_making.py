@@ -8,8 +8,8 @@ Model   The middle of every interval of load is solved. The error of the interva
         segments of a profile and the number of phases are refined as far as the first rows require. The change by the
         last refinement is part of the error.
 Source  design, sections 1 and 8.
-Limits  MOST_BYTES and MOST_WORK cells: 4 MB, about 0.3 s for two cosines, 0.6 s for a profile, and up to 2 s for a
-        finger and a texture over an area. The error that remains at these limits is reported.
+Limits  MOST_BYTES and MOST_WORK cells: 4 MB and about 0.6 s, or up to 2 s for a finger and a texture over an area. Two
+        cosines take 0.1 s, and more than 0.3 s in 1 scene of 100. The error that remains at these limits is reported.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ HARMONICS = 64  # of the fullest level: all below 1 kHz for a 0.8 mm texture at 
 HEAVIEST = 5.0  # N: the last row, unless full contact comes first; a heavier load is read as 5 N
 PHASES_A_HARMONIC = 4  # phases solved per harmonic; with 2 folding would reach the highest harmonics
 MOST_BYTES = 4_000_000  # bytes of the coefficients of a table, all levels
-MOST_WORK = 2.4e7  # cells of phases solved: 0.3 s at 12 ns per cell
+MOST_WORK = 4.8e7  # cells of phases solved: 0.6 s at 12 ns per cell
 OTHER_BYTES = 128  # per row: its load and means, and the errors of the interval above it
 TARGETS = (5e-4, 1.5e-3, 5e-3)  # errors of displacement, velocity, acceleration: half of the promised ones
 TARGET_HARMONICS = 32  # the targets hold up to this number; beyond it only that of displacement
@@ -56,10 +56,10 @@ SCARCE = 4  # fewer rows left than this many per interval to be halved: only the
 REFINED = 4  # doublings of segments or phases; each time the error of segments falls by 4 to 8, the work doubles
 SHARE = 0.5  # of the targets, allowed for the discretisation
 SHARE_OF_FOLDS = 3.0  # the same for folding, whose estimate is 2 to 3 times the error; twice the phases halve the rows
-PROFILE_WORK = 2.0  # a profile may take this many times the work of two cosines: 0.6 s
 MANY_KINKS = 1.5  # factor on the error of the cubic in the middle: a profile has kinks all over an interval
 ROOM = 1.25  # safety factor for two cosines: in 470 scenes some errors at 64 harmonics were 1.08 times the estimate
 FEWEST_ROWS = 100  # rows that the work must allow; with fewer, the rows have a larger error than the discretisation
+COSINE_ROWS = 200  # the same for two cosines, whose harmonics can cancel: then each interval is small
 HEAVY = 3.0  # times the work that a contact may take until it has FEWEST_ROWS rows: 2 s for an area
 NARROWEST = 1e-4  # relative to its load: an interval this narrow is not halved
 
@@ -107,8 +107,6 @@ def make_table(
     """
     levels = MipLevels.up_to(bounds.harmonics, bounds.places)
     heaviest, full = heaviest_row(response, bounds.heaviest)
-    if not response.of_cosines:
-        bounds = replace(bounds, work=PROFILE_WORK * bounds.work)
     making = refined_making(response, bounds, heaviest)
     making.halve(bounds.rows(levels, making.work_of_row))
     rows = making.rows
@@ -214,8 +212,9 @@ class TableMaking:
 
     @property
     def has_room(self) -> bool:
-        """Whether FEWEST_ROWS rows of twice the work would be within the limits."""
-        return 2 * FEWEST_ROWS * self.work_of_row <= self.bounds.work
+        """Whether FEWEST_ROWS rows, or COSINE_ROWS, of twice the work would be within the limits."""
+        rows = COSINE_ROWS if self.response.of_cosines else FEWEST_ROWS
+        return 2 * rows * self.work_of_row <= self.bounds.work
 
     def relative_to_extents(self, gaps: Array, extents: Array) -> Array:
         """Return the largest value in each quantity of a change of z (m) [rows, phases], relative to `extents`."""

@@ -27,6 +27,7 @@ LOADS = 12  # per scene
 PHASES_A_HARMONIC = 16  # of the reference
 WIDE = 3  # periods of a spline's coefficients whose images count
 FINER = 3  # number of times that the segments of a profile are halved for its reference
+USUAL_SECONDS = 0.3  # to make a table of two cosines; the report counts the tables that take longer
 WITHIN = 32  # harmonics up to which the limits on velocity and acceleration apply
 
 
@@ -139,7 +140,7 @@ def report(found: list[Found]) -> str:
     lines = [
         f"{len(found)} scenes, {errors.shape[2]} loads; tables of {np.median([one.rows for one in found]):.0f} rows, "
         f"at most {max(one.nbytes for one in found) / 1e6:.2f} MB, made in {np.median(seconds):.2f} s "
-        f"(largest {seconds.max():.2f})"
+        f"(largest {seconds.max():.2f}, {np.sum(seconds > USUAL_SECONDS)} above {USUAL_SECONDS} s)"
     ]
     for order, quantity in enumerate(QUANTITIES):
         for j, n in enumerate(levels):
