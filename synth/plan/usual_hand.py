@@ -41,7 +41,7 @@ HAND_SPEED, HAND_LOAD = 0.08, 0.3  # m/s and N of a usual hand
 # Numbers of loads, landing loads and speeds whose peaks are computed. With more, opening takes longer (4 ms per load).
 PROBED_LOADS, PROBED_LANDINGS, PROBED_SPEEDS = 12, 5, 9
 PROBED_ON_STRETCH = 1, 3  # the same on long surfaces and areas, whose levels differ more from place to place
-FEWEST_POINTS = 512  # of a period of an area whose levels are probed
+FEWEST_POINTS = 512  # of a period, where its levels or its first harmonic are probed
 MOVING_BAND = 0.49 / 0.40  # of the band: mip levels fade from the band to 1.4 times it, which sounds as loud as this
 MOST_HARMONICS = 1024  # of those peaks: slow hands on coarse textures are not the loudest
 PROBE_TOLERANCE = 3e-2  # tolerance of the series of those peaks
@@ -124,7 +124,7 @@ def usual_peaks(
 
     scene: a scene with a constant scan.
     contact: contact in the shape that the scene's effects give it; None for the contact without effects.
-    spectrum: series of the scene's own scan; None if it is silent.
+    spectrum: series of the scene's own scan; None where it is not known.
     """
     solver = contact or contact_of(scene)
     own, speed = max(scene.scan.load, scene.scan.lift_load), scene.scan.speed
@@ -136,7 +136,8 @@ def usual_peaks(
     loads = [own, *landing.tolist(), *usual.tolist()]
     speeds = np.array([speed, *np.geomspace(HAND_SPEEDS[0], max(HAND_SPEEDS[1], speed), PROBED_SPEEDS)])
     counts = [harmonics_below(float(one) / period, limit, MOST_HARMONICS) for one in speeds]
-    least = max(min(filter(None, counts), default=1), 1, 0 if spectrum is None else _first_moved(spectrum.harmonics))
+    known = _coarse_series(solver, own, FEWEST_POINTS, FEWEST_POINTS // 2) if spectrum is None else spectrum.harmonics
+    least = max(min(filter(None, counts), default=1), 1, _first_moved(known))
     demand = Demand(least, (0, 1, 2), PROBE_TOLERANCE)
     key = ("usual peaks", solver.key, tuple(loads), tuple(speeds.tolist()), limit, least)
 

@@ -41,7 +41,8 @@ async function picture({ name, title, stored, scene: textured }) {
   const scene = { ...textured, ...START_SCENE };
   const rough = stored || textured.texture.kind === "rough";
   const points = rough ? POINTS.rough : POINTS.periodic;
-  const { texture } = await call("POST", "/v1/picture", { scene, points, phases: 0, area: AREA });
+  // Only the texture is read: the comb of `textured`, where it names no finger, is drawn twenty times faster.
+  const { texture } = await call("POST", "/v1/picture", { scene: textured, points, phases: 0, area: AREA });
   const { period, heights, area, across } = texture;
   if (!(period > 0) || heights.length < 2) return null;
   const [least, most] = (area?.flat() ?? heights).reduce(

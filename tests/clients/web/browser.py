@@ -1,7 +1,7 @@
 """Headless Chromium for the tests of the web page, and what watches a page: no error is logged, no other host asked.
 
 Limits: playwright's blocking interface keeps an event loop running in the thread that started it, in which
-    `asyncio.run` of other tests would fail: playwright and its browsers are for one module, and end with it.
+    `asyncio.run` of other tests would fail: playwright and its browsers are for this folder's tests, and end with them.
 """
 
 from __future__ import annotations

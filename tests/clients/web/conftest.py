@@ -30,14 +30,14 @@ def link_to(scene: Mapping[str, object]) -> str:
     return "/#scene=" + base64.urlsafe_b64encode(json.dumps(scene).encode()).decode().rstrip("=")
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def playwright() -> Iterator[Playwright]:
     """Yield playwright."""
     with driving() as one:
         yield one
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def chromium(playwright: Playwright) -> Iterator[Browser]:
     """Yield headless Chromium."""
     with headless(playwright) as browser:
@@ -114,7 +114,7 @@ def loaded(page: Page) -> None:
     page.wait_for_function("() => window.ridgewave !== undefined")
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def pictures_url() -> Iterator[str]:
     """Yield the address of the page of pictures."""
     with serving_pages(PlainEngine()) as running:

@@ -2,7 +2,8 @@
 
 Model: three.js comes as a build fetches it (hatch_build.py), IWER from npm by the hashes of package-lock.json. Both go
     to a folder of the test run; the page gets three.js by a route of the browser, IWER by a script before its own.
-Limits: a software renderer is slow: it draws few pixels, and motions are given in frames, not in seconds.
+Limits: a software renderer is slow: after the first picture it draws few pixels and no swatches, and motions are given
+    in frames, not in seconds.
 """
 
 from __future__ import annotations
@@ -23,6 +24,10 @@ HERE = Path(__file__).parent
 DRAWING = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 """Flags of a Chromium that draws WebGL on the processor."""
 PATIENCE = 60.0  # s: a software renderer on a busy machine
+DRAW_LITTLE = """() => {
+  ridgewave.room?.renderer.setPixelRatio(0.2);
+  for (const swatch of ridgewave.room?.swatches ?? []) swatch.visible = false;
+}"""
 TOOLS = (HERE / "pages" / "headset.js").read_text("utf-8")
 
 
@@ -64,7 +69,7 @@ def at_the_table(
     try:
         page.goto(f"{url}/vr")
         page.wait_for_selector(ready)
-        page.evaluate("() => ridgewave.room?.renderer.setPixelRatio(0.2)")
+        page.evaluate(DRAW_LITTLE)
         yield page, watch
     finally:
         context.close()

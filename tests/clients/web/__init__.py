@@ -1,0 +1,1 @@
+"""The web page in a browser, which all tests of this folder share."""
