@@ -41,11 +41,12 @@ HAND_SPEED, HAND_LOAD = 0.08, 0.3  # m/s and N of a usual hand
 # Numbers of loads, landing loads and speeds whose peaks are computed. With more, opening takes longer (4 ms per load).
 PROBED_LOADS, PROBED_LANDINGS, PROBED_SPEEDS = 12, 5, 9
 PROBED_ON_STRETCH = 1, 3  # the same on long surfaces and areas, whose levels differ more from place to place
-FEWEST_POINTS = 512  # of a period, where its levels or its first harmonic are probed
+FEWEST_POINTS = 512  # of a period of an area whose levels are probed
 MOVING_BAND = 0.49 / 0.40  # of the band: mip levels fade from the band to 1.4 times it, which sounds as loud as this
 MOST_HARMONICS = 1024  # of those peaks: slow hands on coarse textures are not the loudest
 PROBE_TOLERANCE = 3e-2  # tolerance of the series of those peaks
 MOVED = 1e-3  # of the strongest harmonic: weaker ones below all others decide no peak
+MOVED_POINTS = 2048  # of a period, for the first harmonic that moves; with 512, folding reached 3e-3 of the strongest
 OF_APPROACH = 3  # index of the approach among the peaks, after the three orders
 HAND_BAND = 0.1  # largest fundamental of a usual hand, as a part of the band, so that a fine texture is heard
 HAND_AMPLITUDE = 20e-6  # m, for the full scale of a stream that begins with a texture without height
@@ -136,8 +137,10 @@ def usual_peaks(
     loads = [own, *landing.tolist(), *usual.tolist()]
     speeds = np.array([speed, *np.geomspace(HAND_SPEEDS[0], max(HAND_SPEEDS[1], speed), PROBED_SPEEDS)])
     counts = [harmonics_below(float(one) / period, limit, MOST_HARMONICS) for one in speeds]
-    known = _coarse_series(solver, own, FEWEST_POINTS, FEWEST_POINTS // 2) if spectrum is None else spectrum.harmonics
-    least = max(min(filter(None, counts), default=1), 1, _first_moved(known))
+    least = max(min(filter(None, counts), default=1), 1)
+    if not long:
+        known = _coarse_series(solver, own, MOVED_POINTS, MOVED_POINTS // 2) if spectrum is None else spectrum.harmonics
+        least = max(least, _first_moved(known))
     demand = Demand(least, (0, 1, 2), PROBE_TOLERANCE)
     key = ("usual peaks", solver.key, tuple(loads), tuple(speeds.tolist()), limit, least)
 
