@@ -116,9 +116,10 @@ class DirectPlan:
 
     @property
     def memory_bytes(self) -> int:
-        """Memory of the contact, in bytes, without a layered table, which is shared."""
+        """Memory of the contact, in bytes, without a layered table, which is shared and needs no solver."""
         contact: Any = self.contact
-        return int((contact.contact if self.table is not None else contact).grid.nbytes) + 4096
+        held = contact.contact.grid_bytes if self.table is not None else contact.grid.nbytes
+        return int(held) + 4096
 
     @property
     def table(self) -> LayeredTable | None:
