@@ -116,10 +116,9 @@ class DirectPlan:
 
     @property
     def memory_bytes(self) -> int:
-        """Memory of the contact, in bytes, without a layered table, which is shared and needs no solver."""
+        """Memory of the contact, in bytes, without a layered table, which is shared and whose voice needs no solver."""
         contact: Any = self.contact
-        held = contact.contact.grid_bytes if self.table is not None else contact.grid.nbytes
-        return int(held) + 4096
+        return 4096 + (0 if self.table is not None else int(contact.grid.nbytes))
 
     @property
     def table(self) -> LayeredTable | None:

@@ -14,6 +14,8 @@ Limits  The swing is short, and along one line of the area.
 from __future__ import annotations
 
 import math
+from dataclasses import asdict, dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,8 +26,11 @@ from synth.motion.scan_motion import ScanMotion
 from synth.plan.direct_plan import PATH_SLOPE
 from synth.plan.frame_solver import EXACT_CELL, FOLDED_SHARE, FramePlan, counted, stride_of
 from synth.plan.request import Request
+from synth.plan.scene_table import entry_of
 from synth.plan.swing import MORE_FOLDS, Swing, changed_by, relative, turning_errors
 from synth.response.band_filter import SOLUTIONS
+from synth.response.kept_files import json_form
+from synth.response.response_cache import ResponseCache
 from synth.response.spectrum import DISCRETE_SHARE, FIRST_ORDER, Demand, changes, harmonics_of, points_for, remaining
 from synth.response.table_error import QUANTITIES
 
@@ -35,6 +40,17 @@ UNSEEN = 2.0  # the error of cells along a path over that on the swings: in 28 r
 MOST_WORK = 10_000  # per place, in cells of the exact solver: 0.6 ms; a second of sound then takes 10 s
 CELLS_SHARE = 0.1  # of the error of the cells: folded errors need not be smaller
 MOST_SOLUTIONS = 4e5  # per second: 40 s of processor time for each of sound
+
+
+@dataclass(frozen=True, slots=True)
+class CellErrors:
+    """Errors of displacement, velocity and acceleration by the cells of a contact, relative to the peak-to-peak."""
+
+    errors: tuple[float, ...]
+    memory_bytes: int = 100
+
+
+CELLS_FORM = json_form(asdict, lambda told: CellErrors(tuple(told["errors"])))
 
 
 def cells_along_path(asked: Request, contact: Any, tolerance: float) -> tuple[Any, Array]:
@@ -57,19 +73,25 @@ def cells_along_path(asked: Request, contact: Any, tolerance: float) -> tuple[An
     return contact, UNSEEN * left
 
 
-def cells_along_line(asked: Request, contact: Any) -> Array:
+def cells_along_line(asked: Request, contact: Any, cache: ResponseCache) -> Array:
     """Return the error of the cells of a live voice along its line in each quantity, by what halved ones change.
 
     contact: over the area. The speed and load are those of the scan.
     """
-    scene, smaller, highest = asked.scene, contact.halved(), max(asked.highest, 1)
-    if smaller is None:  # the cells are as small as a file's may be
-        return np.zeros(len(QUANTITIES))
-    load, phases = max(scene.scan.load, scene.scan.lift_load), points_for(highest)
-    theta, demand = np.arange(phases) / phases, Demand(highest, tuple(range(len(QUANTITIES))), 0.0)
-    before, after = (harmonics_of(one.approach(theta, load)[0], highest) for one in (contact, smaller))
-    changed, _allowed = changes(before, after, demand, smaller.scale_at(load))
-    return np.array(changed) / (1.0 - FIRST_ORDER)  # one change does not show that the error falls faster
+    scene, highest = asked.scene, max(asked.highest, 1)
+    load = max(scene.scan.load, scene.scan.lift_load)
+
+    def found() -> CellErrors:
+        smaller, phases = contact.halved(), points_for(highest)
+        if smaller is None:  # the cells are as small as a file's may be
+            return CellErrors((0.0,) * len(QUANTITIES))
+        theta, demand = np.arange(phases) / phases, Demand(highest, tuple(range(len(QUANTITIES))), 0.0)
+        before, after = (harmonics_of(one.approach(theta, load)[0], highest) for one in (contact, smaller))
+        changed, _allowed = changes(before, after, demand, smaller.scale_at(load))
+        return CellErrors(tuple(one / (1.0 - FIRST_ORDER) for one in changed))  # one change shows no faster fall
+
+    key: tuple[Any, ...] = ("cells along the line", contact.key, load, highest)
+    return np.array(cache.get(key, found, partial(entry_of, scene, contact, key[2:], CELLS_FORM)).errors)
 
 
 def beside_cells(tolerance: float, cells: Array) -> float:

@@ -185,7 +185,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
         if file and many:
             contact, cells = cells_along_path(asked, contact_of(scene, stretch), tolerance)
         elif not file and not asked.area:
-            cells = cells_along_line(asked, contact)
+            cells = cells_along_line(asked, contact, cache)
     if scene.accuracy.tolerance == "imperceptible":
         tolerance = _imperceptible(contact, asked)
     left = beside_cells(tolerance, cells)

@@ -11,7 +11,7 @@ import pytest
 
 from synth.contact.scene_contact import contact_of
 from synth.motion.motion import Update
-from synth.plan import direct_plan, preparation, scene_table, usual_hand
+from synth.plan import direct_plan, path_frames, preparation, scene_table, usual_hand
 from synth.response import kept_files, layered_making
 from synth.response.kept_files import FileEntry, FileForm, KeptFiles
 from synth.response.layered_file import LAYERED_FORM
@@ -128,7 +128,9 @@ def test_what_a_slider_passes_through_is_not_kept(tmp_path: Path, change: dict[s
 def test_a_texture_over_an_area_is_found_again_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     dots = {"finger": {"kind": "fingertip"}, "texture": {"kind": "golf-ball-dimples"}}
     sound = stroked(opened(tmp_path, dots))
-    assert endings(tmp_path) == {".json": 5, ".npz": 1}, "two series, spread of points, peaks, plan; the table"
+    kept = "two series, error of cells, spread of points, peaks, plan; the table"
+    assert endings(tmp_path) == {".json": 6, ".npz": 1}, kept
+    monkeypatch.setattr(path_frames, "harmonics_of", lambda *_: pytest.fail("cells judged again"))
     monkeypatch.setattr(direct_plan, "_over_area", lambda *_: pytest.fail("planned again"))
     monkeypatch.setattr(layered_making, "make_layered_table", lambda *_, **__: pytest.fail("made again"))
     monkeypatch.setattr(usual_hand, "_coarse_series", lambda *_: pytest.fail("probed again"))
