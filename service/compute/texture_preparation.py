@@ -2,13 +2,13 @@
 
     python -m service.compute.texture_preparation FOLDER LOCK    the data folder, and the descriptor of its locked file
 
-Model: one texture after the other is opened as the page and `/vr` open it: the newest imported ones first, then the
-    catalogue. What that solves is kept as files (`synth.response.kept_files`), which every process with the same data
-    folder reads. A mark among these files tells that a texture is done. The process looks for the next texture after
-    each one, so it takes what is imported meanwhile and leaves out what is deleted. It has one thread and the lowest
-    priority: on Linux it runs only while a processor has nothing else to do. One process at a time works for a data
-    folder. It begins after the start of the service and after an import. It ends when all are done, with the service,
-    or when the service has gone.
+Model: one texture after the other is opened as the page and `/vr` open it: the newest imported ones first, then each
+    kind without fields, with which the page begins, then the catalogue. What that solves is kept as files
+    (`synth.response.kept_files`), which every process with the same data folder reads. A mark among these files tells
+    that a texture is done. The process looks for the next texture after each one, so it takes what is imported
+    meanwhile and leaves out what is deleted. It has one thread and the lowest priority: on Linux it runs only while a
+    processor has nothing else to do. One process at a time works for a data folder. It begins after the start of the
+    service and after an import. It ends when all are done, with the service, or when the service has gone.
 Limits: it takes its share of a quota of processor time, such as that of a container. Of imported textures it solves the
     newest MOST_IMPORTED, of all keys together. What another program imports is found at its next beginning.
 """
@@ -29,6 +29,7 @@ from service.store.data_folder import tables_folder
 from service.store.store import Store
 from synth.errors import CannotRender, RidgewaveError
 from synth.scene.catalogue import FINGER, catalogue
+from synth.scene.texture_registry import default_textures
 
 if TYPE_CHECKING:
     from synth.response.kept_files import FileEntry, KeptFiles
@@ -121,7 +122,7 @@ def _next(store: Store, files: KeptFiles, tried: list[dict[str, Any]]) -> dict[s
     every: list[dict[str, Any]] = []
     with suppress(CannotRender):
         every = [one.document for kind, most in MOST_IMPORTED.items() for one in store.newest(kind, most)]
-    every += [entry.document for entry in catalogue()]
+    every += [*default_textures(), *(entry.document for entry in catalogue())]
     return next((one for one in every if one not in tried and not files.has(_mark(one))), None)
 
 

@@ -36,7 +36,7 @@ from synth.response.table_making import BOUNDS, TableBounds, make_table
 from synth.scene.catalogue import catalogue
 from synth.scene.output_section import FULL_BAND
 from synth.scene.scene import Scene, parse_scene, scene_document
-from synth.scene.texture_registry import kinds
+from synth.scene.texture_registry import default_textures, kinds
 
 RATE_SHARE = 0.35  # largest band of a table, as a part of the sample rate (mip levels end at 0.49)
 USUAL_BAND = 1000.0  # Hz: tables of wider bands have proportionally more harmonics, in fewer rows
@@ -108,8 +108,9 @@ def _kept(response: Response, scene: Scene, cache: ResponseCache, bounds: TableB
 def entry_of(scene: Scene, response: Response, decided_by: Hashable, form: FileForm[T]) -> FileEntry[T] | None:
     """Return by what a result of `scene` is found among the files, None unless it is kept there.
 
-    Kept are results of an unchanged texture of the catalogue or of an imported surface, under an unchanged finger and
-    without effects; over an area, on its middle line. A slider would fill the folder with others.
+    Kept are results of an unchanged texture of the catalogue, of an imported surface or of a kind without fields, under
+    an unchanged finger and without effects; over an area, on its middle line. A slider would fill the folder with
+    others.
 
     response: that of the result; one that is not the whole contact of the scene is not kept.
     decided_by: numbers that, beside finger and texture, decide the result.
@@ -142,9 +143,9 @@ def _texture_document(texture: dict[str, Any]) -> Any:
 
 @cache
 def _known_textures() -> frozenset[str]:
-    """Return the textures of the catalogue, as `entry_of` compares them."""
-    named = (_texture_document(entry.document["texture"]) for entry in catalogue())
-    return frozenset(json.dumps(texture, sort_keys=True) for texture in named)
+    """Return the textures of the catalogue and of each kind without fields, as `entry_of` compares them."""
+    named = [*(entry.document for entry in catalogue()), *default_textures()]
+    return frozenset(json.dumps(_texture_document(one["texture"]), sort_keys=True) for one in named)
 
 
 def bounds_for(scene: Scene) -> TableBounds:

@@ -81,6 +81,11 @@ def kinds() -> Mapping[str, Kind]:
     return {kind.name: kind for kind in sorted(found, key=lambda kind: (kind.name != DEFAULT, kind.name))}
 
 
+def default_textures() -> list[dict[str, dict[str, Any]]]:
+    """Return the texture of each kind without fields, as partial scenes; a kind of a measured surface has none."""
+    return [{"texture": {"kind": name}} for name, kind in kinds().items() if "surface" not in kind.shared]
+
+
 @cache
 def special_fields() -> tuple[str, ...]:
     """Return the names of all fields that some kinds do not have."""

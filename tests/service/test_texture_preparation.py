@@ -22,6 +22,7 @@ from synth.errors import CannotRender
 from synth.response.kept_files import KeptFiles
 from synth.scene.catalogue import FINGER, catalogue
 from synth.scene.scene import parse_scene
+from synth.scene.texture_registry import default_textures
 from synth.surfaces.surface_data import SurfaceData
 from tests.service.harness import Running, serving, settings_of, until
 from tests.service.plain_engine import PlainEngine
@@ -44,6 +45,7 @@ def solved(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
     monkeypatch.setattr(texture_preparation, "solve_ahead", solve)
     monkeypatch.setattr(texture_preparation, "step_back", lambda: None)
     monkeypatch.setattr(texture_preparation, "catalogue", lambda: every)
+    monkeypatch.setattr(texture_preparation, "default_textures", list)
     monkeypatch.setattr("signal.signal", lambda *_: None)
     return found
 
@@ -64,10 +66,10 @@ def imported(folder: Path, name: str, kind: str = "profile") -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("scan", [{}, {"scan": {"speed": 0, "load": 0}}], ids=["page", "vr"])
+@pytest.mark.parametrize("texture", [{"texture": {"kind": "grating-400um-30um"}}, default_textures()[0]])
 def test_a_hand_on_a_texture_that_is_done_opens_from_files(
-    scan: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    texture: dict[str, Any], scan: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    texture = {"texture": {"kind": "grating-400um-30um"}}
     solve_ahead(texture, tmp_path)
     monkeypatch.setattr(KeptFiles, "_write", lambda *_: pytest.fail("something is solved again"))
     SynthEngine(1 << 26, tmp_path).open_hand(parse_scene({"finger": FINGER, **texture, **scan}))
@@ -192,6 +194,7 @@ def test_an_import_is_solved_ahead(served: Running, tmp_path: Path, monkeypatch:
     monkeypatch.setattr(TexturePreparation, "begin", lambda self: begun.append(self.folder))
     monkeypatch.setattr(texture_preparation, "step_back", lambda: None)
     monkeypatch.setattr(texture_preparation, "catalogue", list)
+    monkeypatch.setattr(texture_preparation, "default_textures", list)
     monkeypatch.setattr("signal.signal", lambda *_: None)
     assert post(served).status_code == 201
     assert begun == [tmp_path]
