@@ -28,12 +28,15 @@ def main(words: list[str] | None = None) -> None:
     examples = {path.stem: path for path in sorted(EXAMPLES.glob("*.json"))}
     cases = {case.name: case for case in CASES}
     names, what = (*examples, *cases), "of a sound; all, where none is named"
-    parser.add_argument("names", nargs="*", default=names, choices=names, metavar="NAME", help=what)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=what)
     arguments = parser.parse_args(words)
+    for name in arguments.names:  # `choices` of argparse refuses that none is named
+        if name not in names:
+            parser.error(f"{name!r} is no sound; there are {', '.join(names)}")
     folder: Path = arguments.folder
     folder.mkdir(parents=True, exist_ok=True)
     report = []
-    for name in arguments.names:
+    for name in arguments.names or names:
         if name in examples:
             report.append(written(folder, name, f"docs/examples/{name}.json", example(examples[name])))
         else:

@@ -171,8 +171,8 @@ def test_the_measuring_process_hands_on_refusals() -> None:
 
 @pytest.mark.thorough
 @pytest.mark.usefixtures("own_process")
-def test_the_measuring_process_hands_on_what_cannot_be_measured() -> None:
-    with pytest.raises(CannotRender):
+def test_the_measuring_process_hands_on_that_a_scene_is_silent() -> None:
+    with pytest.raises(InvalidRequest, match="silent"):
         measure_apart(parse_scene({"texture": {"amplitude": 0}}), None, threading.Event())
 
 

@@ -106,7 +106,8 @@ def test_curves_are_the_derivatives_of_the_sum(order: int) -> None:
 
 SCENES = [24, pytest.param(100, marks=pytest.mark.thorough)]
 MORE_PHASES = 4
-MOST_WASTED = 0.1  # of the scenes, without closed forms, may take WASTED times the phases that the tolerance requires:
+MOST_WASTED = 0.2  # of the scenes, without closed forms, may take WASTED times the phases that the tolerance requires.
+# In 8 to 17 of 100 the bound on events between the phases (`spectrum.UNSEEN`) asks for them; without it 1 to 4 do.
 WASTED = 8  # the error of such a series is about 1/175 of the tolerance
 
 
