@@ -7,6 +7,7 @@ Model   See `effect`. Effects on the balance that are set to "auto" are judged o
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -28,7 +29,6 @@ from synth.plan.effect_choice import (
     two_shapes,
 )
 from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
-from synth.response.table_error import QUANTITIES
 from synth.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -60,17 +60,17 @@ class PreparedEffects:
         """The channels that the stages add, in order."""
         return self.silent or tuple(channel for stage in self.stages for channel in stage.channels)
 
-    def warnings(self, tolerance: float, felt: float) -> tuple[str, ...]:
+    def warnings(self, tolerance: float, felt: float, channels: Sequence[ChannelPlan]) -> tuple[str, ...]:
         """Return a warning for each quantity that misses the tolerance, and one if the finger has come off.
 
         felt: largest error of an added channel without a warning, if nothing is simulated.
+        channels: of the scene, whose errors are those of the simulation and of the cells of its contact.
         """
         gone: tuple[str, ...] = ()
         limit, told = felt, ""
         late = {channel.quantity: channel.error for channel in self.channels}
         if self.simulation is not None:
-            pairs = zip(self.simulation.orders, self.simulation.errors, strict=True)
-            late |= {QUANTITIES[order]: error for order, error in pairs}
+            late |= {channel.quantity: channel.error for channel in channels}
             limit, told = NEARLY * tolerance, " Effects are simulated step by step."
             if self.simulation.let_go:
                 gone = (LET_GO,)

@@ -342,7 +342,7 @@ def _with_stages(solved: Preparation, effects: PreparedEffects, cache: ResponseC
     effects = replace(effects, stages=stages)
     read = solved.table is not None or solved.direct is not None
     limit = NEARLY * solved.tolerance if not read or exact else max(FELT, solved.tolerance)
-    warnings = (*solved.warnings, *effects.warnings(solved.tolerance, limit))
+    warnings = (*solved.warnings, *effects.warnings(solved.tolerance, limit, solved.channels))
     return replace(solved, effects=effects, warnings=warnings)
 
 

@@ -10,6 +10,7 @@ import pytest
 from synth.contact.area_contact import CombOnArea, beside_edge
 from synth.contact.fingertip import FingertipContact
 from synth.contact.scene_contact import contact_of
+from synth.plan import preparation
 from synth.plan.preparation import prepare
 from synth.response.response_cache import ResponseCache
 from synth.response.spectrum import Demand, curves, harmonics_of, points_for, solve_spectrum
@@ -142,3 +143,17 @@ def test_a_recording_whose_load_varies_is_prepared_along_a_line_of_an_area() -> 
     assert max(solved.frames.errors) <= 0.02
     loads = np.geomspace(1e-6, 0.5, 50)
     assert np.all(np.diff(solved.mean(np.cbrt(loads))) < 0.0), "a heavier load presses deeper"
+
+
+@pytest.mark.parametrize("effects", [{}, {"inertia": {}}])
+def test_an_error_of_cells_beyond_the_tolerance_is_warned_of(
+    effects: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is added after the simulation, whose own error may be within the tolerance."""
+    points = [[0.0, 0.0, 0.2], [0.02, 1e-3, 0.3], [0.04, 2e-3, 0.2], [0.06, 3e-3, 0.3]]
+    scan, finger = {"trajectory": points}, {"contact_length": "2.3 mm"}
+    document = {"finger": finger, "texture": {"kind": "dots"}, "scan": scan, "effects": effects}
+    monkeypatch.setattr(preparation, "cells_along_path", lambda _asked, contact, _tolerance: (contact, np.full(3, 0.5)))
+    solved = prepare(parse_scene({**document, "accuracy": {"tolerance": 0.02}}), ResponseCache())
+    assert solved.simulated == bool(effects) and solved.channels[0].error >= 0.5
+    assert any(text.startswith("The error of the acceleration") and " 0.5 of its" in text for text in solved.warnings)
