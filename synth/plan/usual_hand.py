@@ -137,12 +137,7 @@ def usual_peaks(
     loads = [own, *landing.tolist(), *usual.tolist()]
     speeds = np.array([speed, *np.geomspace(HAND_SPEEDS[0], max(HAND_SPEEDS[1], speed), PROBED_SPEEDS)])
     counts = [harmonics_below(float(one) / period, limit, MOST_HARMONICS) for one in speeds]
-    least = max(min(filter(None, counts), default=1), 1)
-    if not long:
-        known = _coarse_series(solver, own, MOVED_POINTS, MOVED_POINTS // 2) if spectrum is None else spectrum.harmonics
-        least = max(least, _first_moved(known))
-    demand = Demand(least, (0, 1, 2), PROBE_TOLERANCE)
-    key = ("usual peaks", solver.key, tuple(loads), tuple(speeds.tolist()), limit, least)
+    key = ("usual peaks", solver.key, tuple(loads), tuple(speeds.tolist()), limit)
 
     def found() -> UsualPeaks:
         """Solve a series of z at each load, and take its peaks at each speed."""
@@ -150,6 +145,10 @@ def usual_peaks(
             points = max(FEWEST_POINTS, math.ceil(SOLUTIONS * limit * period / np.max(speeds)))
             every = [_coarse_series(solver, load, points, max(*counts, 1)) for load in loads]
         else:
+            points = MOVED_POINTS
+            known = _coarse_series(solver, own, points, points // 2) if spectrum is None else spectrum.harmonics
+            least = max(min(filter(None, counts), default=1), _first_moved(known), 1)
+            demand = Demand(least, (0, 1, 2), PROBE_TOLERANCE)
             every = [solve_spectrum(solver, load, demand, max(*counts, 1)).harmonics for load in loads]
         peaks = np.array([
             [_peaks(series[: count + 1], one / period) for one, count in zip(speeds, counts, strict=True)]

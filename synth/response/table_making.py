@@ -9,7 +9,7 @@ Model   The middle of every interval of load is solved. The error of the interva
         last refinement is part of the error.
 Source  design, sections 1 and 8.
 Limits  MOST_BYTES and MOST_WORK cells: 4 MB and about 0.6 s, or up to 2 s for a finger and a texture over an area. Two
-        cosines take 0.1 s, and more than 0.3 s in 1 scene of 100. The error that remains at these limits is reported.
+        cosines take 0.13 s, and more than 0.3 s in 5 scenes of 200. The error that remains at these limits is reported.
 """
 
 from __future__ import annotations
