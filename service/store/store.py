@@ -15,7 +15,7 @@ import json
 import re
 import sqlite3
 from collections.abc import Iterator, Mapping
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -38,6 +38,7 @@ UNREADABLE = (
     "room, and textures.sqlite in it must be whole."
 )
 TABLES = """
+BEGIN IMMEDIATE;
 CREATE TABLE IF NOT EXISTS surfaces (
     address TEXT PRIMARY KEY, shape TEXT NOT NULL, spacing TEXT NOT NULL, heights BLOB NOT NULL
 );
@@ -47,6 +48,7 @@ CREATE TABLE IF NOT EXISTS textures (
     PRIMARY KEY (owner, name)
 );
 CREATE INDEX IF NOT EXISTS textures_by_address ON textures (address);
+COMMIT;
 """
 
 
@@ -279,10 +281,12 @@ class Store:
     def _connected(self) -> sqlite3.Connection:
         database = sqlite3.connect(self._path, timeout=BUSY_SECONDS, isolation_level=None)
         try:
-            if not database.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
+            made = "SELECT count(*) FROM sqlite_master WHERE name = 'textures_by_address'"  # the last of TABLES
+            if not database.execute(made).fetchone()[0]:
                 database.execute("PRAGMA auto_vacuum = FULL")  # a deleted surface gives its place on the disk back
-                database.execute("PRAGMA journal_mode = WAL")
                 database.executescript(TABLES)
+            with suppress(sqlite3.OperationalError):  # refused while another reads or writes: a later call does it
+                database.execute("PRAGMA journal_mode = WAL")
             database.execute("PRAGMA synchronous = FULL")  # a commit is on the disk: a power cut does not undo it
         except BaseException:
             database.close()

@@ -7,12 +7,14 @@ import signal
 import sqlite3
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from service.store.store import FILE, Quota, Store, StoreFull, name_from_file
+from service.store.store import FILE, Quota, Store, StoredTexture, StoreFull, name_from_file
 from synth.errors import CannotRender, InvalidRequest, NameTaken
 from synth.surfaces.surface_data import SurfaceData
 from tests.few import thorough
@@ -149,6 +151,39 @@ def test_writers_and_readers_of_one_folder_take_turns(store: Store) -> None:
     with ThreadPoolExecutor(8) as pool:
         assert max(pool.map(work, range(8))) <= 40
     assert len(store.textures("me")) == 40
+
+
+def test_the_tables_appear_together(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody sees a database with some of its tables: before each statement that makes it another process looks."""
+    seen: set[int] = set()
+    connect = sqlite3.connect
+
+    def look(_: str) -> None:
+        with closing(connect(store.folder / FILE)) as other:
+            seen.add(other.execute("SELECT count(*) FROM sqlite_master WHERE type = 'table'").fetchone()[0])
+
+    def traced(*where: Any, **options: Any) -> sqlite3.Connection:
+        database: sqlite3.Connection = connect(*where, **options)
+        database.set_trace_callback(look)
+        return database
+
+    monkeypatch.setattr(sqlite3, "connect", traced)
+    store.keep("me", "wave", surface(), "profile", REPORT, FREE)
+    assert seen == {0, 2}
+
+
+def test_many_who_make_the_database_at_once_all_get_it(tmp_path: Path) -> None:
+    began = threading.Barrier(8, timeout=30.0)
+
+    def work(turn: int) -> StoredTexture | None:
+        began.wait()
+        return Store(tmp_path / str(turn)).rename("me", "absent", "wave")
+
+    with ThreadPoolExecutor(8) as pool:
+        for turn in range(40):
+            assert set(pool.map(work, [turn] * 8)) == {None}
+            with closing(sqlite3.connect(tmp_path / str(turn) / FILE)) as database:
+                assert database.execute("PRAGMA auto_vacuum").fetchone() == (1,)
 
 
 def _keep_for_ever(folder: Path, number: int, done: int) -> None:
