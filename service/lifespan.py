@@ -45,7 +45,7 @@ from service.sinks.player import Player
 from service.store.data_folder import data_folder
 from service.store.owned_textures import OwnedTextures
 from synth.scene.scene import parse_scene
-from synth.surfaces.surface_data import add_source
+from synth.surfaces.surface_data import add_source, remove_source
 
 log = logging.getLogger("ridgewave.service")
 
@@ -172,6 +172,7 @@ class Service:
         self.renders.close()
         self.blocks.shutdown()
         self.worker_metrics.write()
+        remove_source(self.textures.store.surface)
 
     def _watch(self) -> None:
         """Add the metrics of what the parts of the service count themselves."""

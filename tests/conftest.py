@@ -9,10 +9,12 @@ import fcntl
 import gc
 import io
 import os
+import ssl
 import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +54,9 @@ def compile_once(kernel: Any, signature: Any) -> Any:
 
 
 Dispatcher.compile = compile_once  # type: ignore[method-assign, assignment]
+
+# Every client of httpx reads the certificates of the world anew, in 15 ms; tests speak plain HTTP to this machine.
+ssl.create_default_context = cache(ssl.create_default_context)
 
 
 def pytest_collection_finish() -> None:

@@ -61,6 +61,12 @@ def add_source(source: Source) -> None:
         _sources.append(source)
 
 
+def remove_source(source: Source) -> None:
+    """Ask `source` no more."""
+    if source in _sources:
+        _sources.remove(source)
+
+
 def surface_at(address: str) -> SurfaceData | None:
     """Return the surface with `address`, or None where this process cannot find it."""
     if address in _read:
