@@ -56,7 +56,7 @@ def compile_once(kernel: Any, signature: Any) -> Any:
 Dispatcher.compile = compile_once  # type: ignore[method-assign, assignment]
 
 # Every client of httpx reads the certificates of the world anew, in 15 ms; tests speak plain HTTP to this machine.
-ssl.create_default_context = cache(ssl.create_default_context)
+ssl.create_default_context = cache(ssl.create_default_context)  # type: ignore[assignment]
 
 
 def pytest_collection_finish() -> None:

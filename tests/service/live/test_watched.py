@@ -239,8 +239,8 @@ def test_our_mistake_in_a_stream_names_its_session(
 
 def test_a_process_that_only_serves_takes_its_warm_heap_from_the_collector(monkeypatch: pytest.MonkeyPatch) -> None:
     frozen: list[bool] = []
-    monkeypatch.setattr(gc, "freeze", lambda: frozen.append(service.warm))
     service = Service(settings_of(), PlainEngine())
+    monkeypatch.setattr(gc, "freeze", lambda: frozen.append(service.warm))
     service.warm_up()
     assert frozen == []
     service.warm, service.serves_only = False, True
