@@ -72,11 +72,12 @@ class Dots(HeightField):
         nearest = np.round(np.asarray(y) / self.row_distance)
         found = np.full((len(y), len(x)), -self._mean)
         for row in (nearest - 1.0, nearest, nearest + 1.0):  # a dot may reach past the middle between rows
-            from_row = np.abs(y - row * self.row_distance)[:, np.newaxis]
-            moved = np.where(row % 2.0, self.stagger, 0.0)[:, np.newaxis] if self.rows == 2 else 0.0
+            from_row = np.abs(y - row * self.row_distance)
+            near = np.flatnonzero(from_row < 0.5 * self.diameter)
+            moved = np.where(row[near] % 2.0, self.stagger, 0.0)[:, np.newaxis] if self.rows == 2 else 0.0
             turns = np.asarray(x) / self.period + self.phase / (2.0 * math.pi) - moved
             from_dot = np.abs(turns - np.round(turns)) * self.period
-            found += self._at(np.hypot(from_dot, from_row))
+            found[near] += self._at(np.hypot(from_dot, from_row[near, np.newaxis]))
         return found
 
     def _at(self, radius: Array) -> Array:

@@ -27,15 +27,16 @@ STROKE = """async ({hand, id, index, depth}) => {
   await tools.until(() => ridgewave.fingers.size === 1 && [...ridgewave.fingers][0].source);
   const heard = tools.listen();
   const touches = [];
+  let direction;
   const felt = () => heard.peak > 0 && (hand === "hand" || tools.pulses.length > 0);
   for (let step = 0; step < 200 && !(step >= 6 && felt()); step += 1) {
     await tools.put(held(tools.device), id, {x: x - 0.04 + 0.004 * (step % 20), y: -depth, z});
     touches.push(...ridgewave.touches);
+    direction = [...ridgewave.fingers][0].contact.direction;
   }
   const lifted = await tools.silence(() => (
     tools.put(held(tools.device), id, {x: x + 0.04 * Math.sin(performance.now()), y: 0.03, z})
   ));
-  const [{contact: {direction}}] = ridgewave.fingers;
   return {heard, touches, lifted, direction, after: ridgewave.touches, pulses: tools.pulses};
 }"""
 
