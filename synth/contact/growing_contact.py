@@ -17,6 +17,7 @@ Limits  As for `profile_solver` at the length of that load. The ends stay hard e
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -94,14 +95,15 @@ class GrowingContact(Contact):
     def heights(self, phases: Array, loads: Array) -> Array:
         """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), one load per phase.
 
-        One polyline over the longest contact of usual loads, or of these, serves all loads.
+        One polyline over the longest contact of usual loads, or up to the next power of two above these, serves all.
         """
         growth, nominal = self.growth, self.geometry.contact_length
         lengths = growth.length(nominal, loads)
         law = self.stiffness
         deep, shallow = loads**law.load_exponent, (nominal / lengths) ** law.length_exponent
         indentations = law.indentation(1.0) * deep * shallow
-        longest = float(growth.length(nominal, max(USUAL_LOAD, float(np.max(loads)))))
+        heaviest = max(USUAL_LOAD, float(np.max(loads)))
+        longest = float(growth.length(nominal, 2.0 ** math.ceil(math.log2(heaviest))))
         geometry = self.geometry.part(0.5 * (nominal - longest), longest)
         grid = solver_of(geometry)
         assert isinstance(grid, SegmentGrid)

@@ -24,10 +24,12 @@ from synth.effects.simulation.pulp import Pulp, attracted_mean
 from synth.effects.simulation.steps import Stepper, StiffnessLaw
 from synth.effects.simulation.terms import Terms
 from synth.plan.effect_choice import MEAN_PHASES, SimulationCase, outputs_of
+from synth.response.mean_approach import MEAN_PHASES as MEAN_PLACES
 from synth.response.mean_approach import Mean, mean_curve, mean_of
 
 HEAVIEST_HAND = 5.0  # N, smallest range of loads for a hand; above it the contact is linear, as if all of it touched
 HAND_MEAN = 0.1  # tolerance of the mean of z over a hand's load, which a hand never repeats exactly
+HAND_PLACES = 128  # of a period, for that mean: four times as many change it by less than 1e-4 of the peak-to-peak
 LIGHTEST = 0.01  # N, smallest load of the table for a varying load
 TABLE_SHARE = 0.2  # error of the table, as a part of the tolerance
 LOOSEST_TABLE, TIGHTEST_TABLE = 1e-3, 1e-5  # of z: derivatives need more than displacement; a tighter one takes seconds
@@ -93,7 +95,8 @@ def _exact_mean(case: SimulationCase) -> Mean:
     between = (max(low, 0.0), max(high, case.pressed)) if case.load_varies else (case.pressed, case.pressed)
     if case.mean is not None and between == case.loads:
         return case.mean
-    return mean_curve(case.contact, between, case.pressed, _mean_tolerance(case))
+    places = HAND_PLACES if case.by_hand else MEAN_PLACES
+    return mean_curve(case.contact, between, case.pressed, _mean_tolerance(case), places)
 
 
 def _mean_tolerance(case: SimulationCase) -> float:
