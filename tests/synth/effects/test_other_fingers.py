@@ -164,7 +164,7 @@ def test_viscous_skin_is_refused_with_a_fingertip_and_renders_with_a_probe() -> 
 @pytest.mark.parametrize("kind", ["fingertip", thorough("comb")])
 def test_an_attraction_over_an_area_is_that_of_the_depths_over_it(kind: str) -> None:
     """The attraction of a gap up to d0 is a difference of the mean depths at z and d0 lower."""
-    finger = {"kind": kind, "contact_length": "2.3 mm"}
+    finger = {"kind": kind, "contact_length": "1.5 mm"}
     scene = scene_of("default", {"adhesion": {"stress": "20 kPa"}}, finger=finger, texture={"kind": "dots"})
     contact: Any = contact_of(scene)
     contact = contact.halved().halved()  # as a file has
