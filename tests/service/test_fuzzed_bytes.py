@@ -160,7 +160,7 @@ def raw(running: Running, text: bytes) -> bytes:
             connection.shutdown(socket.SHUT_WR)
             parts = iter(lambda: connection.recv(1 << 16), b"")
             return b"".join(parts)
-        except ConnectionError:
+        except OSError:  # it was reset: while bytes came, or before this end was shut down
             return b""
 
 
