@@ -140,11 +140,11 @@ class Limiter(Protocol):
 
 @dataclass(frozen=True)
 class TableFile:
-    """The file of a response table. told: the JSON document of `POST /v1/tables` without hash, url and bytes."""
+    """The file of a response table. document: the JSON document of `POST /v1/tables` without hash, url and bytes."""
 
     hash: str
     content: bytes
-    told: dict[str, Any]
+    document: dict[str, Any]
 
     @property
     def memory_bytes(self) -> int:
@@ -341,11 +341,11 @@ def file_of_table(table: ResponseTable) -> TableFile:
     from synth.response.table_error import QUANTITIES
     from synth.response.table_file import table_bytes
 
-    told = {
+    document = {
         "covered_loads": list(table.covered),
         "loads": len(table.loads),
         "levels": len(table.levels.highest),
         "harmonics": table.harmonics,
-        "error": {name: table.error.largest_told(name) for name in QUANTITIES},
+        "error": {name: table.error.largest_reported(name) for name in QUANTITIES},
     }
-    return TableFile(table.hash, table_bytes(table), told)
+    return TableFile(table.hash, table_bytes(table), document)

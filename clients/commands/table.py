@@ -29,7 +29,7 @@ def run(arguments: argparse.Namespace) -> int:
         table = table_of_scene(scene)
         content = table_bytes(table)
         write_whole(path, content)
-    errors = {name: table.error.largest_told(name) for name in ("displacement", "velocity", "acceleration")}
+    errors = {name: table.error.largest_reported(name) for name in ("displacement", "velocity", "acceleration")}
     result = {
         "path": str(path),
         "replaced": replaced,

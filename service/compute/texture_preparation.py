@@ -4,7 +4,7 @@
 
 Model: one texture after the other is opened as the page and `/vr` open it: the newest imported ones first, then each
     kind without fields, with which the page begins, then the catalogue. What that solves is kept as files
-    (`synth.response.kept_files`), which every process with the same data folder reads. A mark among these files tells
+    (`synth.response.kept_files`), which every process with the same data folder reads. A mark among these files shows
     that a texture is done. The process looks for the next texture after each one, so it takes what is imported
     meanwhile and leaves out what is deleted. It has one thread and the lowest priority: on Linux it runs only while a
     processor has nothing else to do. One process at a time works for a data folder. It begins after the start of the

@@ -315,8 +315,8 @@ class Conversation:
             self.pace.advance(self.position)
         else:
             self._credit -= frames
-        if (told := stream.limited(now)) is not None:
-            messages.append(told)
+        if (limited := stream.limited(now)) is not None:
+            messages.append(limited)
         return messages
 
     def wait(self, now: float) -> float | None:

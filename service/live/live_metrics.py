@@ -21,22 +21,22 @@ class StreamCounts:
     reduction_db: the largest reduction.
     """
 
-    __slots__ = ("_told", "applied", "limited_blocks", "limited_frames", "received", "reduction_db")
+    __slots__ = ("_reported", "applied", "limited_blocks", "limited_frames", "received", "reduction_db")
 
     def __init__(self) -> None:
         self.received = self.applied = 0
         self.limited_blocks = self.limited_frames = 0
         self.reduction_db = 0.0
-        self._told = (0, 0, 0, 0, 0)
+        self._reported = (0, 0, 0, 0, 0)
 
     def tell(self, metrics: Metrics, rate: int, waiting: int = 0) -> None:
         """Add the increase to `metrics`. waiting: updates that may still be applied; the others were dropped."""
         received, applied = self.received, self.applied
         now = (received, applied, received - applied - waiting, self.limited_blocks, self.limited_frames)
-        if now == self._told:
+        if now == self._reported:
             return
-        new = [count - told for count, told in zip(now, self._told, strict=True)]
-        self._told = now
+        new = [count - before for count, before in zip(now, self._reported, strict=True)]
+        self._reported = now
         metrics.updates(*new[:3])
         if new[3]:
             metrics.limited(self.reduction_db, new[4] / rate, new[3])

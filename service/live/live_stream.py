@@ -83,7 +83,7 @@ class LiveStream(VoiceStream):
         self._free_from = 0
         self._applied: int | None = None
         self._changed = False
-        self._reduction, self._reduced_at, self._told = 0.0, 0, -LIMITED_SECONDS
+        self._reduction, self._reduced_at, self._limited_at = 0.0, 0, -LIMITED_SECONDS
 
     _waiting: Update | None
 
@@ -148,16 +148,16 @@ class LiveStream(VoiceStream):
 
     def notices(self, frame: int, version: Version) -> list[str]:
         """Return the messages of `version` that precede the rendered block at `frame`."""
-        told = []
+        messages = []
         self._latest = self._none  # `cut` no longer needs it
         if self._applied is not None:
-            told.append(server_messages.applied(self._applied, frame))
+            messages.append(server_messages.applied(self._applied, frame))
             self._applied = None
         if self._changed:
             self._changed = False
             self.hand = Hand.of(self.voice)
-            told.append(server_messages.scene(frame, self._scene_told(version)))
-        return told
+            messages.append(server_messages.scene(frame, self._scene_fields(version)))
+        return messages
 
     def recording(self) -> bytes:
         """Return the JSON of the recording. Slow: call it from a thread."""
@@ -165,11 +165,11 @@ class LiveStream(VoiceStream):
 
     def limited(self, now: float) -> str | None:
         """Return the message about the limiter if it acted, at most once per second."""
-        if not self._reduction or now - self._told < LIMITED_SECONDS:
+        if not self._reduction or now - self._limited_at < LIMITED_SECONDS:
             return None
-        told = server_messages.limited(self._reduced_at, self._reduction)
-        self._reduction, self._told = 0.0, now
-        return told
+        message = server_messages.limited(self._reduced_at, self._reduction)
+        self._reduction, self._limited_at = 0.0, now
+        return message
 
     def cut(self, frames: int) -> bytes:
         """Return the PCM of the first `frames` of the latest block, faded to zero. The stream ends there."""
@@ -187,10 +187,10 @@ class LiveStream(VoiceStream):
         gained = faded(block, len(block))
         return (gained if self._samples.is_float else np.rint(gained)).astype(kind).tobytes()
 
-    def _scene_told(self, version: Version) -> dict[str, Any]:
-        """Return what `ready` and `scene` tell of the scene that is heard."""
-        told = {"over_area": self.hand.over_area} if version.has_area else {}
-        return {"plan": self.voice.plan_document, **told}
+    def _scene_fields(self, version: Version) -> dict[str, Any]:
+        """Return the fields of `ready` and `scene` that describe the scene that is heard."""
+        area = {"over_area": self.hand.over_area} if version.has_area else {}
+        return {"plan": self.voice.plan_document, **area}
 
     def ready(self, frame: int, version: Version) -> str:
         """Return the answer to `hello`, in `version`; the sound begins at `frame`."""
@@ -211,7 +211,7 @@ class LiveStream(VoiceStream):
                 "frame": frame,
                 "max_silence_ms": self.max_silence * 1e3,
                 "motion_delay_ms": voice.motion_delay * 1e3,
-                **self._scene_told(version),
+                **self._scene_fields(version),
             }
         )
 

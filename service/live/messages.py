@@ -1,7 +1,7 @@
 """The JSON Schemas of all text messages of the live protocol, which are served, and check what clients send.
 
 Model: a `Version` lists the fields of each message. In V2 a `contact` may have a place and a direction on a texture
-    over an area, and `ready` and `scene` tell whether the texture is one. The faults of a message have the form of a
+    over an area, and `ready` and `scene` state whether the texture is one. The faults of a message have the form of a
     scene's faults (pointer, value, allowed, hint). Binary messages are contact updates (`contact_update`) and PCM.
 Limits: the schema checks only that a scene is an object; `synth.scene.scene` reads the scene.
 """
@@ -165,7 +165,7 @@ _PROBLEM = {
     "instance": _TEXT,
 }
 _SCENE = {"frame": _FRAME, "plan": _OBJECT}
-_TOLD = {
+_AREA_FIELDS = {
     "over_area": {
         "type": "boolean",
         "description": "Whether the texture is over an area: y has an effect, and a contact may have a direction.",
@@ -207,9 +207,9 @@ class Version:
     @property
     def server(self) -> Mapping[str, dict[str, Any]]:
         """Return the schema of each message of the server, by its type."""
-        told = _TOLD if self.has_area else {}
-        ready = _message("ready", "The answer to hello.", _READY | {"protocol": {"const": self.name}} | told)
-        scene = _message("scene", "The cross-fade to the changed scene begins.", _SCENE | told)
+        added = _AREA_FIELDS if self.has_area else {}
+        ready = _message("ready", "The answer to hello.", _READY | {"protocol": {"const": self.name}} | added)
+        scene = _message("scene", "The cross-fade to the changed scene begins.", _SCENE | added)
         return {"ready": ready, "applied": _SERVER["applied"], "scene": scene, **_SERVER}
 
     @cached_property

@@ -140,7 +140,7 @@ class DeviceSink:
         self._finish(fade=True)
 
     def close(self) -> None:
-        """Play the rest of the ring, then end. `failure` tells if the device fails meanwhile."""
+        """Play the rest of the ring, then end. `failure` reports a device that fails meanwhile."""
         self._finish(fade=False)
 
     def _open(self, sounddevice: Any, device: DeviceDescription, sample_rate: int, channels: int, block: int) -> Any:

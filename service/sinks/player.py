@@ -51,7 +51,7 @@ class Player:
         self._sink: Sink = open_sink(device, folder, claims)
         self._folder = folder
         self._settings = settings
-        self._metrics, self._told_over = metrics, over
+        self._metrics, self._on_over = metrics, over
         self._underruns = 0
         self._ending, self._over = threading.Event(), threading.Event()
         self._dropping = False
@@ -113,7 +113,7 @@ class Player:
             self.failure = self.failure or (None if self._dropping else self._sink.failure)
             self._count(0)
             self._metrics.stream_closed("play")
-            self._told_over()
+            self._on_over()
             if self.failure is not None:
                 log.warning("a play on %s failed: %s", self._sink.name, self.failure)
             self._over.set()

@@ -52,4 +52,4 @@ class Sink(Protocol):
         """Fall silent at once; a file is completed with what was written."""
 
     def close(self) -> None:
-        """Play or store what was written, then end. Does not raise for a failed device; `failure` tells."""
+        """Play or store what was written, then end. Does not raise for a failed device; `failure` reports it."""

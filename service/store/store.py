@@ -261,12 +261,12 @@ class Store:
                 database.executescript(TABLES)
                 yield database
             return
-        with _told(), closing(self._connected()) as database:
+        with _plain_errors(), closing(self._connected()) as database:
             yield database
 
     @contextmanager
     def _writing(self) -> Iterator[sqlite3.Connection]:
-        with _told():
+        with _plain_errors():
             self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             with closing(self._connected()) as database:
                 database.execute("BEGIN IMMEDIATE")
@@ -320,7 +320,7 @@ def _check_quota(database: sqlite3.Connection, owner: str, quota: Quota) -> None
 
 
 @contextmanager
-def _told() -> Iterator[None]:
+def _plain_errors() -> Iterator[None]:
     """Raise CannotRender in place of what SQLite and the file system raise, without their words or any path."""
     try:
         yield

@@ -56,9 +56,9 @@ def explain(scene: SceneLike, *, cache: ResponseCache | None = None) -> Plan:
     plan = _measured(scene, cache)
     if scene.accuracy.tolerance != "imperceptible" or plan.response["method"] == "silence":
         return plan
-    told = _unfelt(scene, plan)
-    parts = (replace(plan.simulated[0], reason=f"{plan.simulated[0].reason} {told['sentence']}"), *plan.simulated[1:])
-    return replace(plan, simulated=parts, response=plan.response | {"imperceptible": told})
+    unfelt = _unfelt(scene, plan)
+    parts = (replace(plan.simulated[0], reason=f"{plan.simulated[0].reason} {unfelt['sentence']}"), *plan.simulated[1:])
+    return replace(plan, simulated=parts, response=plan.response | {"imperceptible": unfelt})
 
 
 def _measured(scene: Scene, cache: ResponseCache | None) -> Plan:
@@ -104,13 +104,13 @@ def _seconds_of(voice: Voice, frames: int) -> float:
 def _unfelt(scene: Scene, plan: Plan) -> dict[str, Any]:
     """Return the tolerance of "imperceptible", and what it saved against UNFELT_AGAINST."""
     tolerance, threshold = plan.response["tolerance"], scene.accuracy.threshold
-    told: dict[str, Any] = {"threshold": threshold, "tolerance": tolerance, "against": UNFELT_AGAINST, "saved": None}
-    told["sentence"] = f'An error 6 dB below the threshold "{threshold}" needs a tolerance of {tolerance:.2g}.'
+    unfelt: dict[str, Any] = {"threshold": threshold, "tolerance": tolerance, "against": UNFELT_AGAINST, "saved": None}
+    unfelt["sentence"] = f'An error 6 dB below the threshold "{threshold}" needs a tolerance of {tolerance:.2g}.'
     if scene.scan.trajectory is not None:
-        return told
+        return unfelt
     accuracy = scene.accuracy.model_copy(update={"tolerance": UNFELT_AGAINST})
     plan, tight = _measured(scene, None), _measured(scene.model_copy(update={"accuracy": accuracy}), None)
-    told["saved"] = saved = {
+    unfelt["saved"] = saved = {
         "phases_solved": tight.response["phases_solved"] - plan.response["phases_solved"],
         **{name: getattr(tight.cost, name) - getattr(plan.cost, name) for name in SAVED},
     }
@@ -121,8 +121,8 @@ def _unfelt(scene: Scene, plan: Plan) -> dict[str, Any]:
         f"{saved['memory_bytes'] / 1024:.3g} KiB",
     )
     listed = ", ".join(text for text, amount in zip(words, saved.values(), strict=True) if amount > 0)
-    told["sentence"] += f" Compared with {UNFELT_AGAINST:g} it saves {listed or 'nothing'}."
-    return told
+    unfelt["sentence"] += f" Compared with {UNFELT_AGAINST:g} it saves {listed or 'nothing'}."
+    return unfelt
 
 
 def _contact_summary(solved: Preparation) -> dict[str, Any]:
@@ -130,22 +130,22 @@ def _contact_summary(solved: Preparation) -> dict[str, Any]:
 
     A value that is not known is None.
     """
-    told: dict[str, Any] = dict.fromkeys(("stiffness", "contact_fraction", "rms", "sensation_level_db", "groups"))
+    summary: dict[str, Any] = dict.fromkeys(("stiffness", "contact_fraction", "rms", "sensation_level_db", "groups"))
     contact, load = solved.contact, solved.scene.scan.load
     if contact is None or load <= 0.0:
-        return told
+        return summary
     turns = np.arange(PHASES) / PHASES
     _depth, touching = contact.measure(turns, contact.approach(turns, load)[0], load)
     length = float(np.mean(touching)) * contact.geometry_at(load).contact_length
-    told["stiffness"] = contact.stiffness_at(load)
-    told["contact_fraction"] = length / solved.scene.finger.contact_length
+    summary["stiffness"] = contact.stiffness_at(load)
+    summary["contact_fraction"] = length / solved.scene.finger.contact_length
     groups = Groups.of_contact(contact.geometry, contact.stiffness, load)
-    told["groups"] = None if groups is None else asdict(groups)
+    summary["groups"] = None if groups is None else asdict(groups)
     if solved.spectrum is not None and not solved.simulated and solved.turns:
         series = {channel.quantity: solved.steady.series(channel.order)[1:] for channel in solved.channels}
-        told["rms"] = {name: math.sqrt(2.0 * float(np.sum(np.abs(one) ** 2))) for name, one in series.items()}
+        summary["rms"] = {name: math.sqrt(2.0 * float(np.sum(np.abs(one) ** 2))) for name, one in series.items()}
         lines = 2.0 * np.abs(solved.steady.series(0)[1:])
         felt = threshold_displacement(abs(solved.turns) * np.arange(1, len(lines) + 1), solved.scene.accuracy.threshold)
         strongest = float(np.max(lines / felt, initial=0.0))
-        told["sensation_level_db"] = 20.0 * math.log10(strongest) if strongest > 0.0 else None
-    return told
+        summary["sensation_level_db"] = 20.0 * math.log10(strongest) if strongest > 0.0 else None
+    return summary

@@ -169,15 +169,15 @@ def _measured_all(
 ) -> list[Measured | LeftOutMethod]:
     """Return the result of each method of `listed`, or why it was left out. The fastest are measured first."""
     made: dict[str, Measured | LeftOutMethod] = {}
-    began, told = perf_counter(), progress or (lambda *_done: None)
+    began, report_progress = perf_counter(), progress or (lambda *_done: None)
     for done, method in enumerate(sorted(listed, key=lambda one: one.seconds)):
-        told(method.name, done, len(listed))
+        report_progress(method.name, done, len(listed))
         if method.seconds <= (PATIENCE if perf_counter() - began < BUDGET else HASTE):
             made[method.name] = _measured(case, method, reference)
         else:
             reason = f"It would take {method.seconds:.3g} s to measure."
             made[method.name] = LeftOutMethod(method.name, method.family, reason)
-    told(listed[-1].name, len(listed), len(listed))
+    report_progress(listed[-1].name, len(listed), len(listed))
     return [made[method.name] for method in listed]
 
 

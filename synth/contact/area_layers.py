@@ -148,8 +148,8 @@ class AreaLayers:
         finger, mixed = FingerSeries.of(self), np.empty((BATCH, *self.series.shape[1:]), np.complex64)
         for levels in self.plan.batches():
             slots = finger.slots(self.plan.images(levels))
-            told = self.series, finger.series, slots, mixed
-            in_bands(partial(mix, *told), rows, self.workers)
+            arguments = self.series, finger.series, slots, mixed
+            in_bands(partial(mix, *arguments), rows, self.workers)
             yield levels, irfft2(mixed, (rows, columns), workers=self.workers)
 
 
@@ -277,8 +277,8 @@ def layer_series(grid: AreaGrid, plan: LayerPlan, workers: int) -> Complex:
     columns, rows = plan.places
     fine = plan.samples(grid)
     layers = np.zeros((plan.layers, rows, columns), np.float32)
-    told = grid.texture.heights, grid.texture.shape, grid.texture.columns, *fine, plan.step, plan.first, layers
-    in_bands(partial(lay_texture, *told), rows, workers)
+    arguments = grid.texture.heights, grid.texture.shape, grid.texture.columns, *fine, plan.step, plan.first, layers
+    in_bands(partial(lay_texture, *arguments), rows, workers)
     series = rfft2(layers, workers=workers)
     scale = plan.step * grid.cell / len(GAUSS[0]) * grid.height_scale
     along = passed(np.arange(columns // 2 + 1) / columns, fine[0])

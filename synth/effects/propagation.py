@@ -96,11 +96,11 @@ class Propagation(OutputEffect["Preparation"]):
         """See `Effect`."""
         distance, radius, quantity = distance_of(settings), radius_of(scene, settings), source_of(scene, settings)
         where = {"nail": "at the nail", "skin": "on the skin beside the contact", "wrist": "at the wrist"}
-        told = f"The {quantity} {where[settings.place]} is an additional channel, {1e3 * distance:.4g} mm from the "
+        text = f"The {quantity} {where[settings.place]} is an additional channel, {1e3 * distance:.4g} mm from the "
         if distance <= radius:
-            return f"{told}middle of the contact and within its radius of {1e3 * radius:.4g} mm: that of the contact."
+            return f"{text}middle of the contact and within its radius of {1e3 * radius:.4g} mm: that of the contact."
         late = 1e3 * (distance - radius) / settings.wave_speed
-        return f"{told}middle of the contact: waves arrive {late:.3g} ms later and weaker."
+        return f"{text}middle of the contact: waves arrive {late:.3g} ms later and weaker."
 
     def channels(self, scene: Scene, settings: PropagationSettings) -> tuple[str, ...]:
         """See `OutputEffect`."""

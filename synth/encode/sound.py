@@ -130,11 +130,11 @@ class Sound:
     def __repr__(self) -> str:
         values = self.values
         peaks = np.abs(values).max(axis=0, initial=0.0)
-        told = [
+        channels = [
             f"{quantity} peak {peak:.3g} {unit} (full scale {scale:.3g})"
             for quantity, peak, unit, scale in zip(self.quantities, peaks, self.units, self.full_scale, strict=True)
         ]
-        return f"<Sound of {self.seconds:.6g} s at {self.sample_rate} Hz: {', '.join(told)}>"
+        return f"<Sound of {self.seconds:.6g} s at {self.sample_rate} Hz: {', '.join(channels)}>"
 
 
 def render(scene: SceneLike, *, cache: ResponseCache | None = None) -> Sound:

@@ -95,14 +95,14 @@ def picture(
     begin, length = surfaces.shown(touching)
     finger = surfaces.finger(np.linspace(begin, begin + length, points))
     return {
-        "texture": {"period": nominal.texture_period, "heights": _told(texture)},
-        "finger": {"begin": begin, "length": length, "heights": _told(finger)},
+        "texture": {"period": nominal.texture_period, "heights": _rounded(texture)},
+        "finger": {"begin": begin, "length": length, "heights": _rounded(finger)},
         "response": {
             "load": load,
             "foundation": contact.stiffness_at(load) / pressed.contact_length if load > 0.0 else None,
             "heights": approach.tolist(),
         },
-        "touching": None if touching is None else [_told(edges) for edges in touching],
+        "touching": None if touching is None else [_rounded(edges) for edges in touching],
         "left_out": [name for name in scene.effects if effect_called(name).kind != Kind.SHAPE],
     }
 
@@ -312,6 +312,6 @@ def _check(points: int, phases: int | None) -> None:
         raise InvalidRequest(faults)
 
 
-def _told(lengths: Any) -> list[float]:
+def _rounded(lengths: Any) -> list[float]:
     """Return lengths (m) rounded to DIGITS digits."""
     return [float(f"{length:.{DIGITS}g}") for length in lengths]

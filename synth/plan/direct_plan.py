@@ -10,9 +10,9 @@ Model   The rule: a voice reads its table where the table holds every harmonic t
         far as COARSER allows.
         The mean that displacement leaves out is that of PLACES places of the surface, at each load.
         Error: that of a swing (`swing`) at the lightest, the scan's and the heaviest usual load. Over an area the usual
-        rate is halved where no more than FOLDED folds, and larger cells are told against the usual ones, at the scan's
-        own speed. To this the errors of the filter and of the solver's segments, or of a layered table, are added, and
-        LEFT_OF_CHANGE of what cells twice as large as the usual ones change.
+        rate is halved where no more than FOLDED folds. The error of larger cells is measured against the usual ones, at
+        the scan's own speed. The errors of the filter and of the solver's segments, or of a layered table, are added.
+        LEFT_OF_CHANGE of what cells twice as large as the usual ones change is added too.
 Source  design, sections 1 and 8.
 Limits  The error is that of one swing, at one place for each load. Effects that read a table of their own, over a
         period, keep the table of the contact too, so that all channels have one delay.
@@ -90,8 +90,8 @@ class DirectPlan:
     band: frequency up to which every component is kept, Hz.
     finer: factor on the usual number of solutions.
     rate: solutions per second.
-    fastest: speed up to which the errors are told, m/s.
-    loads: lightest, own and heaviest load for which the errors are told, N.
+    fastest: largest speed for which the errors are reported, m/s.
+    loads: lightest, own and heaviest load for which the errors are reported, N.
     errors: of displacement, velocity and acceleration, relative to the peak-to-peak.
     solution_seconds: measured processor time of a solution at the load where it is longest, s.
     turning: of a finger that may leave its line over an area and turn; None for one on a line.
@@ -165,7 +165,7 @@ class Spread:
     memory_bytes = 8
 
 
-SPREAD_FORM = json_form(asdict, lambda told: Spread(told["coarser"]))
+SPREAD_FORM = json_form(asdict, lambda fields: Spread(fields["coarser"]))
 
 
 def least_solutions(contact: Contact) -> float:
@@ -182,8 +182,8 @@ def affordable(scene: Scene, cache: ResponseCache) -> Contact:
         work = predicted_work(scene, fine)
         return Spread(next((one for one in COARSER if work <= MOST_TURNED * one**2), COARSER[-1]))
 
-    told = scene.output.sample_rate, band_of(scene)
-    spread = cache.get(("spread", fine.key, told), chosen, lambda: entry_of(scene, fine, told, SPREAD_FORM))
+    key_parts = scene.output.sample_rate, band_of(scene)
+    spread = cache.get(("spread", fine.key, key_parts), chosen, lambda: entry_of(scene, fine, key_parts, SPREAD_FORM))
     return fine if spread.coarser == 1.0 else contact_of(scene, coarser=spread.coarser)
 
 
@@ -196,27 +196,27 @@ def direct_plan(
     whole: contact of the whole surface, which is solved.
     tolerance: largest error, with more solutions where they are needed. None: the usual number.
     """
-    scene, heaviest, (low, high) = asked.scene, bounds_for(asked.scene).heaviest, asked.told_loads
+    scene, heaviest, (low, high) = asked.scene, bounds_for(asked.scene).heaviest, asked.reported_loads
     loads = min(low, HAND_LOADS[0]), scene.scan.load, max(high, HAND_LOADS[1])
     judged = tuple(max(load, scene.scan.lift_load) for load in loads)
     own = ScanMotion(scene).fastest()
     fastest = max(own, HAND_SPEEDS[1])
-    told = (scene.output.sample_rate, band_of(scene), fastest, judged, heaviest, tolerance)
-    key: Hashable = ("direct plan", contact.key, whole.key, over_area(asked), own, *told)
+    arguments = (scene.output.sample_rate, band_of(scene), fastest, judged, heaviest, tolerance)
+    key: Hashable = ("direct plan", contact.key, whole.key, over_area(asked), own, *arguments)
     if not over_area(asked):
         return cache.get(
             key,
-            lambda: _along_line(contact, whole, *told),
-            lambda: entry_of(scene, whole, (contact.geometry.texture_period, *told), _form_along(whole)),
+            lambda: _along_line(contact, whole, *arguments),
+            lambda: entry_of(scene, whole, (contact.geometry.texture_period, *arguments), _form_along(whole)),
         )
 
     def source() -> AreaSource:
         return _area_source(scene, whole, cache, heaviest)
 
     def file() -> FileEntry[DirectPlan] | None:
-        return entry_of(scene, whole, (own, *told), _form_over(source)) if tolerance is None else None
+        return entry_of(scene, whole, (own, *arguments), _form_over(source)) if tolerance is None else None
 
-    return cache.get(key, lambda: _over_area(whole, source, own, *told), file)
+    return cache.get(key, lambda: _over_area(whole, source, own, *arguments), file)
 
 
 def _form_along(whole: Contact) -> FileForm[DirectPlan]:
@@ -226,9 +226,9 @@ def _form_along(whole: Contact) -> FileForm[DirectPlan]:
         assert isinstance(plan.mean, MeanSpline), "loads from 0 N"
         return _numbers(plan) | {"mean": [plan.mean.roots.tolist(), plan.mean.values.tolist()]}
 
-    def plan_of(told: dict[str, Any]) -> DirectPlan:
-        mean = MeanSpline(*(np.array(values, dtype=float) for values in told["mean"]))
-        return DirectPlan(whole, mean, **_plain(told))
+    def plan_of(fields: dict[str, Any]) -> DirectPlan:
+        mean = MeanSpline(*(np.array(values, dtype=float) for values in fields["mean"]))
+        return DirectPlan(whole, mean, **_plain(fields))
 
     return json_form(document, plan_of)
 
@@ -240,9 +240,9 @@ def _form_over(source: Callable[[], AreaSource]) -> FileForm[DirectPlan]:
         assert plan.turning is not None
         return _numbers(plan) | {"turned": plan.turning.errors, "work": plan.turning.work}
 
-    def plan_of(told: dict[str, Any]) -> DirectPlan:
-        turning, found = Turning(tuple(told["turned"]), told["work"]), source()
-        return DirectPlan(found, found.mean, **_plain(told), turning=turning)
+    def plan_of(fields: dict[str, Any]) -> DirectPlan:
+        turning, found = Turning(tuple(fields["turned"]), fields["work"]), source()
+        return DirectPlan(found, found.mean, **_plain(fields), turning=turning)
 
     return json_form(document, plan_of)
 
@@ -251,9 +251,9 @@ def _numbers(plan: DirectPlan) -> dict[str, Any]:
     return {name: getattr(plan, name) for name in PLAIN}
 
 
-def _plain(told: dict[str, Any]) -> dict[str, Any]:
+def _plain(fields: dict[str, Any]) -> dict[str, Any]:
     """Return the PLAIN fields of a document."""
-    return {name: tuple(told[name]) if isinstance(told[name], list) else told[name] for name in PLAIN}
+    return {name: tuple(fields[name]) if isinstance(fields[name], list) else fields[name] for name in PLAIN}
 
 
 def _along_line(

@@ -67,16 +67,16 @@ class PreparedEffects:
         channels: of the scene, whose errors are those of the simulation and of the cells of its contact.
         """
         gone: tuple[str, ...] = ()
-        limit, told = felt, ""
+        limit, note = felt, ""
         late = {channel.quantity: channel.error for channel in self.channels}
         if self.simulation is not None:
             late |= {channel.quantity: channel.error for channel in channels}
-            limit, told = NEARLY * tolerance, " Effects are simulated step by step."
+            limit, note = NEARLY * tolerance, " Effects are simulated step by step."
             if self.simulation.let_go:
                 gone = (LET_GO,)
         return gone + tuple(
             f"The error of the {quantity.replace('_', ' ')} is {error:.2g} of its peak-to-peak; the tolerance is "
-            f"{tolerance:.2g}.{told}"
+            f"{tolerance:.2g}.{note}"
             for quantity, error in late.items()
             if error > limit
         )

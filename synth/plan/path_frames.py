@@ -6,7 +6,7 @@ Model   A finger swings over the area as `swing.Swing` does, at the largest spee
         tolerance. Where the finger turns, the error halfway between two of the directions of `area_path` is added.
         Before, the cells are halved until what remains of their error, by what the halves change, is DISCRETE_SHARE of
         the tolerance, or the next ones would take more than MOST_WORK. A live voice along a line keeps the usual cells
-        and tells their error.
+        and reports their error.
 Source  design, section 4.
 Limits  The swing is short, and along one line of the area.
 """
@@ -50,7 +50,7 @@ class CellErrors:
     memory_bytes: int = 100
 
 
-CELLS_FORM = json_form(asdict, lambda told: CellErrors(tuple(told["errors"])))
+CELLS_FORM = json_form(asdict, lambda fields: CellErrors(tuple(fields["errors"])))
 
 
 def cells_along_path(asked: Request, contact: Any, tolerance: float) -> tuple[Any, Array]:

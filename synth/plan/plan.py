@@ -24,7 +24,7 @@ from synth.scene.scene import scene_document
 if TYPE_CHECKING:
     from synth.plan.simulation_plan import SimulationPlan
 
-MOST_TOLD = 1 << 40  # harmonics in the band of a finger that hardly moves
+MOST_REPORTED = 1 << 40  # largest reported number of harmonics in the band: of a finger that hardly moves
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,7 +201,7 @@ def _response_parts(solved: Preparation) -> list[Simulated]:
         parts.append(Simulated("response table", reason))
     if direct is not None:
         most = bounds_for(solved.scene).harmonics
-        held = harmonics_in_band(solved.scene, MOST_TOLD)
+        held = harmonics_in_band(solved.scene, MOST_REPORTED)
         why = f"{held} harmonics are in the band at the scan's own speed, more than the {most} of a table"
         if direct.turning is not None:
             why = "the finger may leave its line over the area and turn"
@@ -244,8 +244,8 @@ def _response(solved: Preparation) -> dict[str, Any]:
     spectrum, table, reach = solved.spectrum, solved.table, solved.reach if solved.moving else N_MAX
     held, scene = solved.highest if spectrum is not None else 0, solved.scene
     if solved.direct is not None or solved.stretch is not None:  # every harmonic in the band is rendered
-        held = reach = harmonics_in_band(scene, MOST_TOLD)
-    told = {
+        held = reach = harmonics_in_band(scene, MOST_REPORTED)
+    response = {
         "method": _method(solved),
         "solver": "" if spectrum is None else spectrum.solver,
         "tolerance": solved.tolerance,
@@ -258,42 +258,42 @@ def _response(solved: Preparation) -> dict[str, Any]:
     }
     plan = None if solved.effects is None else solved.effects.simulation
     if plan is not None:
-        told["simulation"] = {
+        response["simulation"] = {
             "steps_a_frame": plan.simulation.steps,
             "processor_seconds_a_second": plan.work,
             "delay_behind_a_hand_seconds": plan.simulation.filters.margin / solved.scene.output.sample_rate,
             "changes": {QUANTITIES[order]: one for order, one in zip(plan.orders, plan.change, strict=True)},
         }
     if table is not None:
-        told["table"] = {
+        response["table"] = {
             "hash": table.hash,
             "bytes": table.memory_bytes,
             "loads": len(table.loads),
             "levels": len(table.levels.highest),
             "covered_loads": list(table.covered),
-            "error_loads": list(solved.told_loads),
+            "error_loads": list(solved.reported_loads),
         }
     if solved.direct is not None:
-        told["direct"] = {
+        response["direct"] = {
             "solutions_a_second": solved.direct.rate,
             "processor_seconds_a_second": solved.direct.work,
             "error_loads": [solved.direct.loads[0], solved.direct.loads[-1]],
             "error_speed": solved.direct.fastest,
         }
         if solved.direct.table is not None:
-            told["layered"] = {
+            response["layered"] = {
                 "places": list(solved.direct.table.places),
                 "loads": len(solved.direct.table.loads),
                 "bytes": solved.direct.table.memory_bytes,
             }
         if (turning := solved.direct.turning) is not None:
-            told["turning"] = {
+            response["turning"] = {
                 "error": dict(zip(QUANTITIES, turning.errors, strict=True)),
                 "processor_seconds_a_second": turning.work,
             }
     if solved.stretch is not None:
-        told["stretch"] = {"begin": solved.stretch.begin, "length": solved.stretch.period}
-    return told
+        response["stretch"] = {"begin": solved.stretch.begin, "length": solved.stretch.period}
+    return response
 
 
 def _channels(solved: Preparation) -> list[dict[str, Any]]:

@@ -205,8 +205,8 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
     channels = tuple(steady.planned(one, peaks, still=bool(still)) for one in scene.output.channel_list)
     if not asked.moving:
         channels = tuple(one.with_error(cells) for one in channels)
-    told = tuple(one for one in channels if one.error > FELT or file or not cells.any())
-    missed = tuple(text for text in (steady.warning(channel, tolerance) for channel in told) if text)
+    reported = tuple(one for one in channels if one.error > FELT or file or not cells.any())
+    missed = tuple(text for text in (steady.warning(channel, tolerance) for channel in reported) if text)
     if scene.accuracy.tolerance == "imperceptible" and tolerance <= TIGHTEST:
         missed += (f"A tolerance of {TIGHTEST:g}, the tightest allowed, may leave an error that is felt.",)
     frames = None
@@ -299,7 +299,7 @@ def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> P
         errors = dict(zip(solved.orders, solved.frames.errors, strict=True))
         limit, where = NEARLY * solved.tolerance, ""
     else:
-        rate, (low, high) = solved.scene.output.sample_rate, solved.told_loads
+        rate, (low, high) = solved.scene.output.sample_rate, solved.reported_loads
         if beyond_table(solved, solved.contact):
             direct = direct_plan(solved, solved.contact, solved.whole, cache, wanted)
             errors, low, high = dict(enumerate(direct.errors)), direct.loads[0], direct.loads[-1]

@@ -74,7 +74,7 @@ def table_of_scene(
         loads = (0.0, chosen.heaviest)
         contact, _shapes = shape_for(contact, scene, SHAPES_JUDGED, loads, scene.scan.speed / scene.texture.period)
     kept = _kept(contact, scene, ResponseCache() if cache is None else cache, chosen)
-    return replace(kept, scene=_told_text(scene))  # another scene with the same contact may have made the table
+    return replace(kept, scene=_scene_text(scene))  # another scene with the same contact may have made the table
 
 
 def kept_table(
@@ -102,7 +102,7 @@ def _kept(response: Response, scene: Scene, cache: ResponseCache, bounds: TableB
     make = partial(make_table, response, period=period, band=band, lift_load=lift_load, bounds=bounds)
     key = ("response table", response.key, period, band, lift_load, bounds)
     file = partial(entry_of, scene, response, (period, band, lift_load, bounds), TABLE_FORM)
-    return cache.get(key, lambda: make(scene=_told_text(scene)), file)
+    return cache.get(key, lambda: make(scene=_scene_text(scene)), file)
 
 
 def entry_of(scene: Scene, response: Response, decided_by: Hashable, form: FileForm[T]) -> FileEntry[T] | None:
@@ -129,7 +129,7 @@ def entry_of(scene: Scene, response: Response, decided_by: Hashable, form: FileF
         scene.texture.surface is None or document["texture"] != _texture_document(imported)
     ):
         return None
-    return FileEntry(f"{_told_text(scene)} {form.ending} {cells!r} {decided_by!r}", form)
+    return FileEntry(f"{_scene_text(scene)} {form.ending} {cells!r} {decided_by!r}", form)
 
 
 @cache
@@ -162,8 +162,8 @@ def read_error(table: ResponseTable, quantity: str, rate: int, loads: tuple[floa
     loads: smallest and largest load, N.
     highest: number of harmonics in the band.
     """
-    told = QUANTITIES[ORDERS[quantity]]
-    return table.error.over(loads, told, highest) + reading_filter(quantity, rate, table.band).error
+    name = QUANTITIES[ORDERS[quantity]]
+    return table.error.over(loads, name, highest) + reading_filter(quantity, rate, table.band).error
 
 
 def band_of(scene: Scene) -> float:
@@ -172,8 +172,8 @@ def band_of(scene: Scene) -> float:
     return most if scene.output.bandwidth == FULL_BAND else min(scene.output.bandwidth_hz, most)
 
 
-def _told_text(scene: Scene) -> str:
+def _scene_text(scene: Scene) -> str:
     """Return the parts of the scene's document that determine its table, as JSON."""
     document = scene_document(scene)
-    told = {name: document[name] for name in ("finger", "texture", "effects") if name in document}
-    return json.dumps(told, sort_keys=True)
+    parts = {name: document[name] for name in ("finger", "texture", "effects") if name in document}
+    return json.dumps(parts, sort_keys=True)

@@ -1,6 +1,6 @@
 """The error of solutions of eq. 1 along a motion, measured on a finger that swings.
 
-Stage   2 (PLAN). `direct_plan` tells it.
+Stage   2 (PLAN). `direct_plan` reports this error.
 Model   A finger swings by a cosine, as fast as the fastest usual hand. z over one swing is periodic, so its Fourier
         series gives the band exactly. It is solved at twice the rate; what the usual rate folds into the band is the
         difference.

@@ -65,7 +65,7 @@ class UsualPeaks:
     memory_bytes: int = 200
 
 
-PEAKS_FORM = json_form(asdict, lambda told: UsualPeaks(tuple(told["usual"]), tuple(told["own"])))
+PEAKS_FORM = json_form(asdict, lambda fields: UsualPeaks(tuple(fields["usual"]), tuple(fields["own"])))
 
 
 def prepare_hand(

@@ -12,8 +12,8 @@ Model   y = gate(w) (z(p / lambda2, w) - mean(w)) is solved at every few frames;
         Before the first frame the finger rests at its first position.
 Source  design, sections 1 and 8. Fagiani & Barbieri (2016), eq. 1.
 Limits  z of higher frequency than the solutions folds into the band (`plan.direct_plan` measures it), and the filter
-        errs (`band_filter`). A load above the heaviest is read as the heaviest. No error at higher speeds than those
-        measured is told. A block that is shorter than a group solves up to GROUP times as much.
+        errs (`band_filter`). A load above the heaviest is read as the heaviest. At speeds above those measured no
+        error is reported. A block that is shorter than a group solves up to GROUP times as much.
 """
 
 from __future__ import annotations

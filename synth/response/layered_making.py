@@ -4,11 +4,12 @@ Stage   RESPONSE: from a contact on a height field to its layered table.
 Model   F at all places, level by level (`area_layers`), gives z at all places and rows of load (`level_crossings`). The
         mean of z over some places is followed at many loads; the rows are those of z less that mean. A cubic B-spline
         goes through the values in all three directions.
-        The error is measured against the exact solver at random places and loads between the rows. Twice the largest
-        error of an interval and its two neighbours on either side is told.
+        The error is measured against the exact solver at random places and loads between the rows. The reported error
+        of an interval is twice the largest measured in it and in the two intervals on either side.
 Source  design, sections 1 and 8.
-Limits  At 40,000 random places and loads on 40 random surfaces at most 0.2 % of those of a surface err by more than is
-        told, by half at most (tests/synth/response/test_layered_table.py, with -m thorough).
+Limits  40 random surfaces were tested at 40,000 random places and loads in all. On each surface at most 0.2 % of the
+        errors exceed the reported error, by half at most (tests/synth/response/test_layered_table.py, with -m
+        thorough).
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ MEAN_ROWS = 193  # loads at which the mean is followed
 MEAN_PLACES = 256  # over which it is followed
 LARGEST = 32767.0  # of a coefficient
 PROBES = 1128  # places and loads at which the error is measured: 48 per interval of 24 rows
-SAFETY = 2.0  # error that is told, over the largest that was measured
+SAFETY = 2.0  # reported error over the largest measured one
 SEED = 20  # of these places and loads
 
 
@@ -140,7 +141,7 @@ def sampled_spline(turns: Array) -> Array:
 
 
 def measured_errors(contact: Contact, table: LayeredTable) -> Array:
-    """Return the errors of `table` to tell, m [rows - 1]."""
+    """Return the errors of `table` to report, m [rows - 1]."""
     random = np.random.default_rng(SEED)
     intervals, roots = len(table.loads) - 1, table.loads**0.25
     parts = random.uniform(size=(intervals, math.ceil(PROBES / intervals)))

@@ -95,8 +95,8 @@ class _Search:
 
     def search(self, window: Floats, depths: Array, workers: int) -> None:
         """Search between the levels of `window` [HISTORY + BATCH, places], at `depths` (steps)."""
-        told = self.targets, depths, window, self.reached, self.depths, self.misses
-        in_bands(partial(search, *told), len(self.misses), workers)
+        arguments = self.targets, depths, window, self.reached, self.depths, self.misses
+        in_bands(partial(search, *arguments), len(self.misses), workers)
 
     def found(self, top: int, height: float) -> Crossings:
         """Return the result; top: its level. height: of a step, m."""

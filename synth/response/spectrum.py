@@ -26,7 +26,7 @@ from synth.response.kept_files import json_form
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
-STILL_PHASES = 1024  # at which a finger that is still is told from one that is not
+STILL_PHASES = 1024  # at which a still finger is distinguished from one that is not
 FEWEST_PHASES = 8  # doubled at least once; with fewer there is no second change to estimate the error from
 MOST_PHASES = 1 << 21  # 4 s of work on the default scene; where it is too few, the error is larger than the tolerance
 MOST_WORK = 1 << 29  # phases times cells of the response: 1 to 10 s; where it is too little, the error is larger
@@ -146,7 +146,7 @@ def solve_spectrum(response: Response, load: float, demand: Demand, keep: int = 
 def _refined(coarse: Response, finer: Response, load: float, demand: Demand, keep: int) -> Spectrum:
     """Return the series of a response whose solver has a discretisation.
 
-    The discretisation is halved until the error that `remaining` tells is within DISCRETE_SHARE of the tolerance. The
+    The discretisation is halved until the error that `remaining` returns is within DISCRETE_SHARE of the tolerance. The
     series is the finer of the last two, with this error added to its own.
     """
     rest = replace(demand, tolerance=(1.0 - DISCRETE_SHARE) * demand.tolerance)

@@ -58,10 +58,10 @@ class TableError:
         interval = int(np.clip(np.searchsorted(self.loads, load, side="right") - 1, 0, len(self.loads) - 2))
         count = min(int(np.searchsorted(self.harmonics, harmonics)), len(self.harmonics) - 1)
         below = max(0, int(np.searchsorted(self.harmonics, harmonics, side="right")) - 1)
-        told = float(max(self.largest[order, count, interval], self.largest[order, min(below, count), interval]))
+        reported = float(max(self.largest[order, count, interval], self.largest[order, min(below, count), interval]))
         octaves = math.ceil(math.log2(max(harmonics / self.harmonics[-1], 1.0)))
         left_out = sum(2.0 ** (k * (order + 1.0 - FALL)) for k in range(octaves))
-        return float(told + left_out * float(self.beyond[order, interval]))
+        return float(reported + left_out * float(self.beyond[order, interval]))
 
     def over(self, loads: tuple[float, float], quantity: str, harmonics: int) -> float:
         """Return the largest error of `quantity` between two `loads` (N). Other arguments as in `at`."""
@@ -69,13 +69,13 @@ class TableError:
         inside = [float(load) for load in self.loads if low < load < high]
         return max(self.at(load, quantity, harmonics) for load in (low, *inside, high))
 
-    def largest_told(self, quantity: str, harmonics: int = 32, lightest: float = 0.02) -> float:
+    def largest_reported(self, quantity: str, harmonics: int = 32, lightest: float = 0.02) -> float:
         """Return the largest error of `quantity` with `harmonics` harmonics, over all loads from `lightest` (N) on."""
         loads = self.loads[:-1]
         return max(self.at(float(load), quantity, harmonics) for load in loads[loads >= min(lightest, loads[-1])])
 
 
-def told_harmonics(highest: int) -> tuple[int, ...]:
+def harmonic_counts(highest: int) -> tuple[int, ...]:
     """Return the numbers of harmonics for which errors are kept: `highest` and the octaves below it, rising."""
     counts = [highest]
     while counts[-1] > 1:

@@ -67,7 +67,7 @@ def table_of_bytes(content: bytes) -> ResponseTable:
     try:
         document = json.loads(content[LENGTH : LENGTH + length].decode())
         metadata = document.pop(METADATA)
-        version, told = str(metadata["ridgewave_table"]), str(metadata["hash"])
+        version, stated = str(metadata["ridgewave_table"]), str(metadata["hash"])
         header = json.loads(metadata["header"])
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise _refused("its header is not that of a table") from error
@@ -75,7 +75,7 @@ def table_of_bytes(content: bytes) -> ResponseTable:
         raise _refused(f"it is of version {version[:20]}, and this program reads version {VERSION}")
     try:
         table = _table(header, _tensors(document, memoryview(content)[LENGTH + length :]))
-        altered = table.hash != told or json.loads(json.dumps(table.header)) != header
+        altered = table.hash != stated or json.loads(json.dumps(table.header)) != header
     except (ValueError, KeyError, TypeError, IndexError, OverflowError, AttributeError, RecursionError) as error:
         raise _refused("its arrays do not match its header: it is incomplete or was altered") from error
     if altered:
@@ -90,11 +90,11 @@ def _refused(why: str) -> CannotRender:
 def _tensors(document: dict[str, Any], body: memoryview) -> dict[str, np.ndarray[Any, np.dtype[np.float32]]]:
     """Return the arrays that the header lists, in its order. Raises ValueError unless they fill the body exactly."""
     found, place = {}, 0
-    for name, told in document.items():
-        begin, end = told["data_offsets"]
-        if told["dtype"] != "F32" or begin != place or not begin <= end <= len(body):
+    for name, entry in document.items():
+        begin, end = entry["data_offsets"]
+        if entry["dtype"] != "F32" or begin != place or not begin <= end <= len(body):
             raise ValueError(name)
-        array = np.frombuffer(body[begin:end], dtype="<f4").reshape(told["shape"]).astype(np.float32)
+        array = np.frombuffer(body[begin:end], dtype="<f4").reshape(entry["shape"]).astype(np.float32)
         if not np.all(np.isfinite(array)):
             raise ValueError(name)
         found[name], place = array, end

@@ -31,11 +31,11 @@ from synth.response.table_error import (
     USUAL_LOAD,
     TableError,
     folded_swings,
+    harmonic_counts,
     images,
     octave_beyond,
     relative,
     swings,
-    told_harmonics,
     widest,
 )
 
@@ -169,7 +169,7 @@ class TableMaking:
         self.highest = bounds.harmonics
         self.targets = np.array(bounds.targets)
         self.phases = 1 << (bounds.phases * bounds.harmonics - 1).bit_length()
-        self.counts = told_harmonics(bounds.harmonics)
+        self.counts = harmonic_counts(bounds.harmonics)
         self.usual = self._extents(solved_rows(response, np.array([min(USUAL_LOAD, heaviest)]), self.phases).heights)
         self.rows = solved_rows(response, first_loads(heaviest), self.phases)
         self.extents, self.folds = self._measured(self.rows)

@@ -26,7 +26,7 @@ from synth.scene.rules import (
     refusals_of,
     refuse,
     refused,
-    told,
+    words_of,
 )
 from synth.scene.section import Section, section_schema, without
 
@@ -118,7 +118,7 @@ class Channels(Rule):
                 named = {"quantity": QUANTITY_NAME.read(channel)} if isinstance(channel, str) else channel
                 channels.append(Channel.model_validate(named))
             except PydanticCustomError as error:
-                refusals.append(refusal([index], channel, **told(error)))
+                refusals.append(refusal([index], channel, **words_of(error)))
             except ValidationError as error:
                 refusals += refusals_of(error, index)
         refuse("channels", refusals)

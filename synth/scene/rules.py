@@ -52,7 +52,7 @@ def refusal(location: Iterable[str | int], value: object, allowed: str, hint: st
     return InitErrorDetails(type=refused(allowed, hint), loc=tuple(location), input=value)
 
 
-def told(error: PydanticCustomError) -> dict[str, str]:
+def words_of(error: PydanticCustomError) -> dict[str, str]:
     """Return the `allowed` and `hint` of a rule's error."""
     context = error.context or {}
     return {"allowed": str(context["allowed"]), "hint": str(context["hint"])}
@@ -254,7 +254,7 @@ class QuantityOrName(Rule):
         try:
             return self.quantity.read(value)
         except PydanticCustomError as error:
-            raise refused(self.allowed, self._hint(value, told(error)["hint"])) from error
+            raise refused(self.allowed, self._hint(value, words_of(error)["hint"])) from error
 
     def schema(self) -> dict[str, Any]:
         """Return the schema of the number and of the names."""

@@ -34,7 +34,7 @@ from synth.scene.rules import (
     refusal,
     refuse,
     refused,
-    told,
+    words_of,
 )
 from synth.scene.section import Section, without
 
@@ -153,7 +153,7 @@ def _read_point(point: object, index: int, rules: tuple[Quantity, ...], refusals
         try:
             numbers.append(rule.read(value))
         except PydanticCustomError as error:
-            refusals.append(refusal([index, place], value, **told(error)))
+            refusals.append(refusal([index, place], value, **words_of(error)))
     return tuple(numbers) if len(numbers) == len(rules) else None
 
 

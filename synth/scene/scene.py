@@ -207,8 +207,8 @@ def _lines(section: type[Section], above: str) -> Iterator[FieldLine]:
 def _faults(error: ValidationError) -> Iterator[Fault]:
     lines = error.errors(include_url=False)
     for line in lines[:MOST_FAULTS]:
-        told: Mapping[str, str] = line["ctx"]
-        yield Fault(pointer(*line["loc"]), _shown(line["input"]), told["allowed"], told["hint"])
+        context: Mapping[str, str] = line["ctx"]
+        yield Fault(pointer(*line["loc"]), _shown(line["input"]), context["allowed"], context["hint"])
     if len(lines) > MOST_FAULTS:
         hint = "Correct the faults above first."
         yield Fault("", f"more than {MOST_FAULTS} faults", "a scene without faults", hint)

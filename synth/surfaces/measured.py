@@ -1,7 +1,7 @@
 """The kind `profile`: heights along a line, measured or computed elsewhere.
 
 Stage   SURFACES.
-Model   The heights are at equal distances `spacing`, with straight lines between neighbours. `ends` tells how the line
+Model   The heights are at equal distances `spacing`, with straight lines between neighbours. `ends` states how the line
         goes on. "join": from the last height a straight line leads back to the first; the period is their number times
         the spacing. "mirror": at both ends the surface goes on as its mirror image, so it has neither step nor end; the
         period is twice its length. At phase 0 the first height is at x = 0.
@@ -32,7 +32,7 @@ from pydantic_core import PydanticCustomError
 
 from synth.errors import Fault, SceneError, shown
 from synth.scene.quantity import Dimension
-from synth.scene.rules import Fields, Quantity, QuantityList, Refusal, Rule, refusal, refused, told
+from synth.scene.rules import Fields, Quantity, QuantityList, Refusal, Rule, refusal, refused, words_of
 from synth.scene.section import Section, without
 from synth.scene.texture_registry import SPACING, STEEPEST, USUAL_SPACING, Kind
 from synth.surfaces.profile import Array, Bounds, Profile, places_of, turns_of
@@ -275,7 +275,7 @@ def _spacing_of(fields: Mapping[str, Any]) -> float:
     try:
         return SPACING.read(USUAL_SPACING if given is None else given)
     except PydanticCustomError as error:
-        raise SceneError([Fault("/texture/spacing", shown(given), **told(error))]) from error
+        raise SceneError([Fault("/texture/spacing", shown(given), **words_of(error))]) from error
 
 
 def written(fields: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:

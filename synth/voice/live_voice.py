@@ -197,7 +197,7 @@ def fixed_faults(first: Scene, scene: Scene) -> list[Fault]:
     """Return a fault for each field that a stream fixes and `scene` changes."""
     listed = scene.output.channels is not None
 
-    def told(one: Scene) -> list[tuple[str, str]]:
+    def fixed_fields(one: Scene) -> list[tuple[str, str]]:
         """Return the pointer and the value, as text, of each field that a stream fixes."""
         channels, added = one.output.channel_list, ", ".join(added_quantities(one)) or "no channel"
         return [
@@ -208,7 +208,7 @@ def fixed_faults(first: Scene, scene: Scene) -> list[Fault]:
         ]
 
     faults: dict[str, Fault] = {}
-    for (pointer, value), (_pointer, kept) in zip(told(scene), told(first), strict=True):
+    for (pointer, value), (_pointer, kept) in zip(fixed_fields(scene), fixed_fields(first), strict=True):
         if value != kept and pointer not in faults:
             hint = "Open a new session for a different value."
             faults[pointer] = Fault(pointer, value, f"{kept}, as at the start of the stream", hint)

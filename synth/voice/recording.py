@@ -84,8 +84,8 @@ class Replay:
         self.sample_rate, self.channels = self.voice.sample_rate, self.voice.channels
         self.quantities, self.full_scale = self.voice.quantities, self.voice.full_scale
         if len(self.full_scale) != len(recording.full_scale):
-            told = ", ".join(f"{scale:g}" for scale in recording.full_scale)
-            raise _refusal("/full_scale", told, f"{self.channels} numbers, one per channel", AS_DOWNLOADED)
+            value = ", ".join(f"{scale:g}" for scale in recording.full_scale)
+            raise _refusal("/full_scale", value, f"{self.channels} numbers, one per channel", AS_DOWNLOADED)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -132,8 +132,8 @@ def _read_head(document: Mapping[str, Any]) -> tuple[Scene, tuple[float, ...], i
     """Return the scene (with its full scale), the full scale of each channel, and the number of frames."""
     version = document.get("version")
     if document.get("format") != FORMAT or isinstance(version, bool) or version not in VERSIONS:
-        told, allowed = f"{document.get('format')} {shown(version)}", f"{FORMAT} 1 to {VERSION}"
-        raise _refusal("/version", told, allowed, "Download the recording from a live session.")
+        value, allowed = f"{document.get('format')} {shown(version)}", f"{FORMAT} 1 to {VERSION}"
+        raise _refusal("/version", value, allowed, "Download the recording from a live session.")
     frames, events, scales = document.get("frames"), document.get("events"), document.get("full_scale")
     if not _is_whole(frames):
         value = "nothing" if frames is None else shown(frames)

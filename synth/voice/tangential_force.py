@@ -67,7 +67,7 @@ class Force:
             return cls(series, mean, None, error)
         work, rate = LIVE_WORK if solved.by_hand or solved.paced else FILE_WORK, solved.scene.output.sample_rate
         table = kept_table(force, solved.scene, cache, work=work)
-        return cls(series, mean, table, read_error(table, READ_AS[0], rate, solved.told_loads, highest))
+        return cls(series, mean, table, read_error(table, READ_AS[0], rate, solved.reported_loads, highest))
 
     @property
     def left_over(self) -> float:

@@ -108,13 +108,13 @@ class VoiceEffects:
             values = rows[row] / channel.full_scale
             out[:, column] = np.where(np.abs(values) >= SMALLEST, values, 0.0)
 
-    def _step(self, rows: Array | None, out: Block, **told: Any) -> None:
+    def _step(self, rows: Array | None, out: Block, **fields: Any) -> None:
         column = len(self.solved.channels)
         row = 0 if self._plan is None else len(self._plan.orders) + len(self._whole)
-        late = self._running.margin if self._running is not None and told["by_hand"] else 0
+        late = self._running.margin if self._running is not None and fields["by_hand"] else 0
         scales = tuple(channel.full_scale for channel in self.solved.channels)
         for stage, state in self._stages:
             signals = None if rows is None else rows[row : row + len(stage.signals)]
-            stage.step(state, Passage(signals=signals, late=late, column=column, full_scale=scales, **told), out)
+            stage.step(state, Passage(signals=signals, late=late, column=column, full_scale=scales, **fields), out)
             column += len(stage.channels)
             row += len(stage.signals)

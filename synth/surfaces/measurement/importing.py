@@ -59,7 +59,7 @@ class ImportedSurface:
 def import_surface(path: Path, options: ImportOptions, name: str | None = None) -> ImportedSurface:
     """Return the surface in the file at `path`.
 
-    name: name of the file that the user gave, if it is not that of `path`; its ending tells the format.
+    name: name of the file that the user gave, if it is not that of `path`; its ending gives the format.
     Raises InvalidRequest with every fault, CannotRender without the package that the format needs, OSError.
     """
     shown_name = path.name if name is None else Path(name).name
@@ -163,9 +163,9 @@ def _fault(option: str, value: str, allowed: str, hint: str) -> Fault:
 def _whole(heights: Heights, missing: Missing, rule: str) -> tuple[Heights, Missing, dict[str, Any]]:
     """Return heights without missing points, and what was done. Raises InvalidRequest by the rule "refuse"."""
     count = int(np.count_nonzero(missing))
-    told = {"points": count, "rule": rule}
+    done = {"points": count, "rule": rule}
     if not count:
-        return heights, missing, told
+        return heights, missing, done
     if count == heights.size:
         raise InvalidRequest([_fault("file", "only missing points", "a surface with heights", "Is this the channel?")])
     if rule == "refuse":
@@ -175,10 +175,10 @@ def _whole(heights: Heights, missing: Missing, rule: str) -> tuple[Heights, Miss
     from synth.surfaces.measurement.missing_points import filled, largest_whole_part  # with numba, a third of the start
 
     if rule == "fill":
-        return filled(heights, missing), np.zeros_like(missing), told
+        return filled(heights, missing), np.zeros_like(missing), done
     part = largest_whole_part(missing)
     kept = heights[part].copy()
-    return kept, np.zeros(kept.shape, bool), told
+    return kept, np.zeros(kept.shape, bool), done
 
 
 def _report(found: SurfaceFile, options: ImportOptions, heights: Heights, spacing: tuple[float, ...]) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 Stage   SURFACES, from files.
 Model   The first line that holds only numbers begins the numbers; the lines before it are the header. Lines of missing
         points just before it belong to the numbers. Later lines that begin with # or % are comments. The number of
-        columns tells the layout:
+        columns gives the layout:
         1       heights along a line, one a line
         2       x and height: the steps of x are equal
         3       x, y and height: the points lie on a lattice, in any order, and some may be missing
@@ -111,7 +111,7 @@ def _read(path: Path, encoding: str) -> SurfaceFile:
             values = _numbers(_with_points(lines) if form.comma else lines, form, form.columns(first[-1]), size)
         except UnicodeDecodeError:
             raise
-        except ValueError:  # a comment, a missing point, or a fault: the careful way tells
+        except ValueError:  # a comment, a missing point, or a fault: `_carefully` finds out which
             values = None
     if values is None:
         values = _carefully(path, encoding, form)
