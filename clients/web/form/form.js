@@ -10,7 +10,7 @@ import { make } from "../dom.js";
 import { readField } from "./schema_fields.js";
 import { displaced, same } from "../scene/merge.js";
 
-const MOST_NAMED = 3; // kinds that a field needs; of more, the one that it cannot have is named
+const MOST_NAMED = 3; // kinds that a field needs; if there are more, the kind that it cannot have is named
 
 export class Form {
   #boxes = new Map();
@@ -108,8 +108,8 @@ export class Form {
     return { name, details, controls, count, absent };
   }
 
-  /** Returns the needs of `field` that `scene` does not meet. A field that the scene has lacks nothing, so that it can
-   *  be removed. */
+  /** Returns the needs of `field` that `scene` does not meet. A field that is in the scene has no unmet needs, so
+   *  that it can be removed. */
   #lacks(scene, field) {
     if (isWritten(scene, field)) return [];
     return field.needs.filter(({ path, values }) => !values.includes(this.#present(path)));

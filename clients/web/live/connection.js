@@ -28,7 +28,7 @@ const NOT_FOUND = /#problem-not-found$/;
 export class LiveConnection extends EventTarget {
   /** The document of `ready`, null before it. */
   ready = null;
-  /** Whether the texture is over an area; false where the service does not tell (version 1). */
+  /** Whether the texture is over an area; false where the service does not report it (version 1). */
   overArea = false;
   /** Number of the next frame. */
   frame = 0;

@@ -12,7 +12,7 @@ import { TextureTopView } from "../views/texture_top_view.js";
 import { Waveform } from "../views/waveform.js";
 
 const POINTS = 768; // heights per profile: about one per pixel; more only costs transfer
-const AREA = 128; // heights a side of an area; more only cost transfer
+const AREA = 128; // heights per side of an area; more only cost transfer
 const PHASES = 64; // per period; height and patches are interpolated between them
 const SILENCE = 480; // frames
 const HARMONICS = 12; // marked; more hide the spectrum

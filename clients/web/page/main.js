@@ -81,11 +81,11 @@ export async function begin() {
   if (!actions.follow()) state.take(START_SCENE);
 }
 
-/** Has the service make the table that the first touch reads, so that whoever looks first does not wait for it. A scene
- *  with effects may need another table, and is left to the touch. */
+/** Requests the table that the first touch reads, so that whoever looks first does not wait for it. A scene with effects
+ *  may need another table, which is left to the touch. */
 function makeTable({ scene, simulated }) {
   if (!simulated.length || Object.keys(scene.effects).length) return;
-  call("POST", "/v1/tables", scene).catch(() => {}); // a touch needs no answer, and says what is wrong
+  call("POST", "/v1/tables", scene).catch(() => {}); // no answer is needed here: the touch reports any error
 }
 
 /** Passes changes of the scene on to the parts of the page, and marks those that are not updated yet. */

@@ -1,7 +1,8 @@
 /* The pad: pointers, keys and the automatic stroke move fingers over the texture.
 
-Model: the left edge of the pad is position 0, and its middle is y = 0, upwards. A CSS pixel is 1/96 inch, divided by the magnification. The load of a pen
-is load * 2 * pressure, so that half of its pressure is the load of the slider.
+Model: the left edge of the pad is position 0. The middle of the pad is y = 0, and y rises upwards. A CSS pixel is 1/96
+inch, divided by the magnification. The load of a pen is load * 2 * pressure, so that half of its pressure is the load
+of the slider.
 Limits: browsers do not know the real size of a pixel, so "true to size" is approximate. */
 
 import { followPointers } from "../hand/pointers.js";

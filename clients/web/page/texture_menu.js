@@ -1,5 +1,5 @@
-/* The menu of textures: a sinusoid, the catalogue by groups, and what was imported. Of the chosen one, a picture, and
-its numbers with their sources, or what was measured of it. */
+/* The menu of textures: a sinusoid, the catalogue by groups, and the imported textures. It shows a picture of the chosen
+texture, and its numbers with their sources or its measured values. */
 
 import { byId, make } from "../dom.js";
 import { call, callBinary } from "../service.js";
@@ -52,7 +52,7 @@ function optionGroup([label, entries]) {
   return make("optgroup", { label }, ...entries.map(option));
 }
 
-/** What the page tells of the chosen texture: a picture before the menu, a sentence, and its numbers when opened. */
+/** What the page shows of the chosen texture: a picture before the menu, a sentence, and its numbers when opened. */
 class TextureDescription {
   #text;
   #picture = make("img", { id: "texture-picture", alt: "", hidden: true });

@@ -1,4 +1,4 @@
-/* The ways in which a file comes to the import: chosen beside the menu of textures, or dropped on the page. */
+/* The two ways to import a file: choose it beside the menu of textures, or drop it on the page. */
 
 import { byId } from "../dom.js";
 

@@ -1,4 +1,4 @@
-/* What was measured of an imported texture, and the controls that rename and delete it. */
+/* The measured values of an imported texture, and the controls that rename and delete it. */
 
 import { make } from "../dom.js";
 import { reportList } from "./import_report.js";

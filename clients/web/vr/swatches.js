@@ -1,7 +1,7 @@
 /* Loads the swatches of the table and their heights: some textures of each group of the catalogue, then the newest of
 those that were imported.
 
-Model: a rough texture and an imported one have no period that is seen. The typical wave is that of the sinusoid with
+Model: a rough texture and an imported one have no visible period. The typical wave is that of the sinusoid with
 the same Rq and the same rms slope, 2 pi Rq / slope.
 Limits: textures without heights are omitted. */
 
@@ -10,7 +10,7 @@ import { call } from "../service.js";
 import { chooseOwn, chooseSwatches, sizeText } from "./table_layout.js";
 
 const POINTS = { periodic: 512, rough: 2048 }; // heights per period; no swatch shows more
-const AREA = 128; // heights a side of an area
+const AREA = 128; // heights per side of an area
 const FELT = { low: 10, high: 1000 }; // Hz, range of vibration that a fingertip feels
 
 /**
@@ -41,7 +41,7 @@ async function picture({ name, title, stored, scene: textured }) {
   const scene = { ...textured, ...START_SCENE };
   const rough = stored || textured.texture.kind === "rough";
   const points = rough ? POINTS.rough : POINTS.periodic;
-  // Only the texture is read: the comb of `textured`, where it names no finger, is drawn twenty times faster.
+  // Only the texture is read. Where `textured` names no finger, it has a comb, which is drawn twenty times faster.
   const { texture } = await call("POST", "/v1/picture", { scene: textured, points, phases: 0, area: AREA });
   const { period, heights, area, across } = texture;
   if (!(period > 0) || heights.length < 2) return null;
