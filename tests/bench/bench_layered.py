@@ -120,9 +120,9 @@ def scanned(contact: Contact, load: float, turns: tuple[int, int]) -> Array:
 
 
 def errors(table: LayeredTable, name: str, exact: dict[tuple[float, tuple[int, int]], Array]) -> list[Figure]:
-    """Return the largest told error over the motion, and that of each quantity in the band."""
+    """Return the largest reported error over the motion, and that of each quantity in the band."""
     usual = (table.loads[:-1] >= USUAL[0]) & (table.loads[1:] <= USUAL[1])
-    told = np.max(table.errors[usual] / table.swings[1:][usual])
+    reported = np.max(table.errors[usual] / table.swings[1:][usual])
     found: dict[str, list[float]] = {one: [] for one in QUANTITIES}
     for (load, turns), z in exact.items():
         read = table.heights(*path_of(turns, len(z)), np.full(len(z), load))
@@ -134,7 +134,7 @@ def errors(table: LayeredTable, name: str, exact: dict[tuple[float, tuple[int, i
             wanted, got = (np.fft.irfft(factor * each, len(z)) for each in (series, other))
             found[one].append(float(np.max(np.abs(got - wanted)) / np.ptp(wanted)))
     how = f"of the peak-to-peak, {len(exact)} scans at {1e3 * SPEED:g} mm/s up to {BAND:g} Hz; largest "
-    lines = [figure(f"layered, {name}, told", [told], "%", None, "of the motion, 0.02 to 2 N", scale=100.0)]
+    lines = [figure(f"layered, {name}, reported", [reported], "%", None, "of the motion, 0.02 to 2 N", scale=100.0)]
     for one, values in found.items():
         lines.append(
             figure(f"layered, {name}, {one}", values, "%", None, how + f"{100 * max(values):.2g} %", scale=100.0)
