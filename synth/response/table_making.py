@@ -205,9 +205,13 @@ class TableMaking:
         return np.asarray(np.fft.rfft(values, axis=1)[:, : 2 * self.highest + 1] / values.shape[1])
 
     def excess(self, errors: Array) -> float:
-        """Return the largest of `errors` [3, counts, first rows] at usual loads, relative to its target."""
+        """Return the largest of `errors` [3, counts, first rows] at usual loads, relative to its target.
+
+        A shallow contact is full below the usual loads: then its heaviest row counts.
+        """
         within = np.array(self.counts) <= TARGET_HARMONICS
-        worst = errors[:, within][:, :, self.first >= LIGHTEST_JUDGED].max(axis=(1, 2))
+        judged = self.first >= min(LIGHTEST_JUDGED, self.first[-1])
+        worst = errors[:, within][:, :, judged].max(axis=(1, 2))
         return float(np.max(worst / self.targets))
 
     @property

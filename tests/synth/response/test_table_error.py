@@ -92,6 +92,16 @@ def test_the_told_error_is_a_bound_where_lines_fold() -> None:
     assert np.max(found.errors / found.told) <= 1.0
 
 
+@pytest.mark.parametrize("depth", ["5 um", "1 um", "0.2 um"])
+@pytest.mark.parametrize("kind", ["sinusoid", "grating"])
+def test_a_contact_that_is_full_at_the_lightest_loads_has_a_table(kind: str, depth: str) -> None:
+    finger = {"ridge_amplitude": depth, "contact_length": "1.7 mm"}
+    texture = {"kind": kind, "amplitude" if kind == "sinusoid" else "height": depth}
+    found = measured_scene(parse_scene({"finger": finger, "texture": texture}), 5)
+    assert np.max(found.errors / found.told) <= 1.0
+    assert largest((found,), "displacement").max() <= 2e-3
+
+
 @pytest.mark.parametrize("name", TEXTURES)
 def test_a_hand_is_not_prepared_for_loads_under_which_nothing_moves(name: str) -> None:
     """In full contact whole periods in the contact cancel, and no discretisation resolves the rest."""
