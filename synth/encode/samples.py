@@ -68,7 +68,7 @@ def quantise(block: Block, bits: int) -> npt.NDArray[np.int32]:
 def block_bytes(block: Block, sound_format: SoundFormat) -> bytes:
     """Return the interleaved samples of `block` [frames, channels] for a WAV `data` chunk or a raw stream.
 
-    Raises AssertionError for FLAC, which is not a sequence of independent blocks.
+    Raises AssertionError for FLAC, which is not a sequence of independent blocks, and for a format without a packing.
     """
     assert block.ndim == 2, f"a block is [frames, channels], not {block.ndim}-dimensional"
     if sound_format.is_float:
@@ -80,4 +80,5 @@ def block_bytes(block: Block, sound_format: SoundFormat) -> bytes:
     if sound_format is SoundFormat.WAV24:
         little = integers.astype("<i4", copy=False)
         return little.view(np.uint8).reshape(-1, 4)[:, :3].tobytes()
+    assert sound_format.bytes_per_sample == 2, f"{sound_format} has no packing here"
     return integers.astype(">i2" if sound_format is SoundFormat.L16 else "<i2").tobytes()

@@ -55,7 +55,7 @@ def _pen(f: Array) -> Array:
 
 
 THRESHOLDS: Mapping[str, Levels] = {"fingertip": _fingertip, "probe": _probe, "pen": _pen}
-"""Functions from frequency (Hz) to dB re 1 um, by name. To add a curve, add a line here and a name in the scene."""
+"""Functions from frequency (Hz) to dB re 1 um, by name. CONTRIBUTING.md lists where the name of another one goes."""
 
 
 def threshold_displacement(frequency_hz: Array, name: str = DEFAULT) -> Array:

@@ -45,7 +45,7 @@ class Kind:
     name: value of `texture.kind`.
     fields: section with the fields that only this kind has.
     make: returns the profile for valid values, by name. A field that is not given has its default.
-    shared: the fields of SHARED that the kind has.
+    shared: the fields of SHARED that the kind has; `amplitude` is that of one cosine, not a height of another kind.
     defaults: defaults of shared fields that differ from the usual ones.
     steep: field that is refused if the surface is too steep or too high, or "" if every surface is allowed.
     refusals: returns the refusals of combinations of valid fields, from the values as read and the fields as written.

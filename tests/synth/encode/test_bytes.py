@@ -114,6 +114,12 @@ def test_a_block_of_a_stream(sound_format: SoundFormat, samples: bytes) -> None:
     assert block_bytes(mono(), sound_format) == samples
 
 
+@pytest.mark.parametrize("sound_format", [one for one in SoundFormat if one is not SoundFormat.FLAC])
+def test_a_block_has_the_bytes_of_its_samples(sound_format: SoundFormat) -> None:
+    block = np.linspace(-1.0, 1.0, 21, dtype=np.float32).reshape(7, 3)
+    assert len(block_bytes(block, sound_format)) == block.size * sound_format.bytes_per_sample
+
+
 def test_channels_are_interleaved() -> None:
     block = np.array([[0.5, -0.5], [0.25, -0.25]], dtype=np.float32)
     assert block_bytes(block, SoundFormat.L16) == b"\x40\x00\xc0\x00\x20\x00\xe0\x00"

@@ -46,6 +46,12 @@ def test_report_of_a_sinusoid_in_closed_form(tmp_path: Path) -> None:
     assert not any("tilted" in note for note in report["notes"])
 
 
+def test_rq_and_ra_are_about_the_mean_of_a_surface_that_has_few_peaks(tmp_path: Path) -> None:
+    """One point in four is 8 um high: the mean is 2 um, where the median is 0."""
+    report = imported(npy(tmp_path, np.tile([0.0, 0.0, 0.0, 8.0], 100)), unit="um", pixel="5 um").report
+    np.testing.assert_allclose([report["rq"], report["ra"]], [np.sqrt(12.0) * 1e-6, 3e-6], rtol=1e-12)
+
+
 def test_the_kept_surface_is_about_its_mean_with_the_address_of_its_heights(tmp_path: Path) -> None:
     found = imported(npy(tmp_path, GRID + 100.0), unit="nm", pixel="5 um, 10 um")
     np.testing.assert_allclose(found.surface.heights, (GRID - GRID.mean()) * 1e-9, atol=1e-15)
