@@ -25,6 +25,7 @@ from synth.response.mean_approach import Mean, mean_curve, mean_over_area
 from synth.scene.scene import Scene
 from synth.surfaces.height_field import HeightField
 
+MEAN_SHARE = 50.0  # the mean on a line over an area, whose every load is costly, errs by a twentieth of the tolerance
 PLACES = 512  # of a long surface at which the peaks of displacement and approach are looked for
 
 
@@ -58,7 +59,8 @@ def own_mean(asked: Request, contact: Any, tolerance: float) -> Mean:
     if over_area(asked):
         return mean_over_area(contact, asked.loads, pressed(asked.scene), AREA_MEAN_TOLERANCE, AREA_PLACES, AREA_MEANS)
     if isinstance(contact.geometry.profile, HeightField):
-        tolerance = max(tolerance, MEAN_TOLERANCE)
+        tolerance = min(max(MEAN_SHARE * tolerance, MEAN_TOLERANCE), AREA_MEAN_TOLERANCE)
+        return mean_curve(contact, asked.loads, pressed(asked.scene), tolerance, AREA_PLACES, AREA_MEANS)
     return mean_curve(contact, asked.loads, pressed(asked.scene), tolerance)
 
 
