@@ -47,6 +47,10 @@ BESIDE = 1e-4  # of the peak-to-peak of z: initial distance of the second motion
 STILL = 1e-15  # m: smaller moves are rounding
 ASTRAY = 20.0  # times the initial distance, after WATCHED periods: does not repeat; a ringing mass reaches ten
 RETURNED = 0.01  # times the initial distance: repeats, without further watching
+ROUNDING, UNGROWN = (
+    1e-8,
+    5,
+)  # of the peak-to-peak of z, and periods: a distance this small that does not grow is rounding
 DIFFERENT = 8  # periods of a motion that does not repeat that are compared
 UNLIKE = 3.0  # times the largest difference of these periods: others may differ more
 LATER = 0.05  # s, rounded up to whole periods, after which a motion is compared with its beginning
@@ -229,13 +233,14 @@ def _goes_astray(stepper: Stepper, other: Any, state: Any, period: Period, exten
         return False
     part = min(1.0, BESIDE * extent / way)
     beside = stepper.mixed([other, state], np.array([part, 1.0 - part]))
-    far = part * way
+    seen = [part * way]
     for _ in range(WATCHED):
         state, beside = (period.on(stepper, begin, 1) for begin in (state, beside))
-        far = float(np.max(np.abs(stepper.apart(state, beside, period.seconds))))
-        if far <= RETURNED * part * way:
+        seen.append(float(np.max(np.abs(stepper.apart(state, beside, period.seconds)))))
+        ungrown = len(seen) > UNGROWN and max(seen[-UNGROWN:]) <= seen[-UNGROWN - 1]
+        if seen[-1] <= RETURNED * seen[0] or (ungrown and seen[-1] <= ROUNDING * extent):
             return False
-    return far > ASTRAY * (part * way + STILL)
+    return seen[-1] > ASTRAY * (seen[0] + STILL)
 
 
 def _least(moves: list[Array]) -> Array:

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from synth import LiveVoice, open_voice, parse_scene
+from synth.effects.simulation import periodic
 from synth.effects.simulation.periodic import Period
 from synth.effects.simulation.skin_steps import SkinStepper
 from synth.effects.simulation.steps import HEIGHT, ROWS
 from synth.scene.scene import Scene
 from tests.few import thorough
-from tests.synth.engine_cases import QUANTITIES, physical, spread
+from tests.synth.engine_cases import QUANTITIES, Real, physical, spread
 
 THREE = {"viscous_skin": {"model": "three_time_constants"}}
 KINDS: dict[str, tuple[str, ...]] = {
@@ -158,3 +159,40 @@ def test_a_live_voice_begins_there_too() -> None:
     streamed = voice.render(4000)[3900:]
     voice.seek(3900)
     assert np.max(np.abs(voice.render(100) - streamed)) <= 1e-3 * np.ptp(streamed)
+
+
+class Followed:
+    """Stands for a stepper whose state is one number."""
+
+    def apart(self, one: float, other: float, _seconds: float) -> Real:
+        return np.array([other - one])
+
+    def mixed(self, states: list[float], weights: Real) -> float:
+        return float(np.dot(states, weights))
+
+
+@pytest.mark.parametrize(
+    ("factor", "distance", "astray", "periods"),
+    [
+        (0.1, 1e-7, False, 2),
+        (1.0, 2e-15, False, 5),  # rounding that stays: watched for 50 periods it took two minutes in one scene
+        (1.1, 1e-14, True, 50),
+        (1.1, 1e-7, True, 50),
+        (-1.1, 1e-14, True, 50),
+        (1.0, 1e-7, False, 50),
+    ],
+)
+def test_a_motion_that_leaves_is_found_and_rounding_is_not_watched(
+    factor: float, distance: float, astray: bool, periods: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls = []
+
+    def on(_self: Period, _stepper: object, state: float, _periods: int) -> float:
+        calls.append(state)
+        return factor * state
+
+    monkeypatch.setattr(Period, "on", on)
+    period = Period.of(100.0, 0.3, 8)
+    stepper: Any = Followed()
+    assert periodic._goes_astray(stepper, distance, 0.0, period, 1.0) is astray
+    assert len(calls) == 2 * periods
