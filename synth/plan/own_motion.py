@@ -55,7 +55,7 @@ def own_motion(
 
 
 def own_mean(asked: Request, contact: Any, tolerance: float) -> Mean:
-    """Return the mean of z that the displacement of the request leaves out; `tolerance` as of `mean_curve`."""
+    """Return the mean of z that the displacement of the request leaves out; `tolerance` is that of the scene."""
     if over_area(asked):
         return mean_over_area(contact, asked.loads, pressed(asked.scene), AREA_MEAN_TOLERANCE, AREA_PLACES, AREA_MEANS)
     if isinstance(contact.geometry.profile, HeightField):

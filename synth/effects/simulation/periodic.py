@@ -47,10 +47,8 @@ BESIDE = 1e-4  # of the peak-to-peak of z: initial distance of the second motion
 STILL = 1e-15  # m: smaller moves are rounding
 ASTRAY = 20.0  # times the initial distance, after WATCHED periods: does not repeat; a ringing mass reaches ten
 RETURNED = 0.01  # times the initial distance: repeats, without further watching
-ROUNDING, UNGROWN = (
-    1e-8,
-    5,
-)  # of the peak-to-peak of z, and periods: a distance this small that does not grow is rounding
+ROUNDING = 1e-8  # of the peak-to-peak of z: a smaller distance that does not grow in UNGROWN periods is rounding
+UNGROWN = 5  # periods; less: a distance that swings, as that of a ringing mass, may seem not to grow
 DIFFERENT = 8  # periods of a motion that does not repeat that are compared
 UNLIKE = 3.0  # times the largest difference of these periods: others may differ more
 LATER = 0.05  # s, rounded up to whole periods, after which a motion is compared with its beginning
