@@ -70,11 +70,14 @@ def headless(playwright: Playwright, *flags: str, waits_for_a_gesture: bool = Fa
 
 
 def chromium_path() -> str:
-    """Return the path of Chromium; skip the test where it is missing (in CI: fail)."""
-    path = shutil.which("chromium") or shutil.which("chromium-browser")
-    if path is None:
-        missing("Chromium is missing: install the Debian package chromium")
-    return path
+    """Return the path of Chromium; skip the test where it is missing (in CI: fail).
+
+    The headless shell is Chromium without its windows: the same pages take seven tenths of the processor time.
+    """
+    for name in ("chromium-headless-shell", "chromium", "chromium-browser"):
+        if path := shutil.which(name):
+            return path
+    missing("Chromium is missing: install the Debian package chromium-headless-shell or chromium")
 
 
 def missing(what: str) -> NoReturn:
