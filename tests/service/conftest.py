@@ -9,8 +9,8 @@ import pytest
 from fastapi import FastAPI
 
 from service.app import create_app
-from tests.service.harness import PATIENCE, Running, serving, settings_of
-from tests.service.plain_engine import PlainEngine, warmed_up
+from tests.service.harness import PATIENCE, Running, serving, settings_of, warmed_up
+from tests.service.plain_engine import PlainEngine
 
 MADE_UP = """
 import synth.accuracy.report

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import httpx
 import numpy as np
@@ -28,6 +28,9 @@ from service.lifespan import Service
 from service.operations.settings import Settings, read_settings, setting_fields, variable
 from service.server import LIVE_OPTIONS, listen, shown_address
 from synth.response.response_cache import DEFAULT_BYTES
+
+if TYPE_CHECKING:
+    from tests.service.plain_engine import PlainEngine
 
 ROOT = Path(__file__).resolve().parents[2]
 LOCAL = "http://localhost"
@@ -55,11 +58,12 @@ def roomy_environment() -> dict[str, str]:
 
 
 def until(happened: Callable[[], bool], patience: float = PATIENCE) -> None:
-    """Return once `happened()`; fail after `patience` seconds."""
-    deadline = time.monotonic() + patience
+    """Return once `happened()`; fail after `patience` seconds. The longer it takes, the more seldom it is asked."""
+    start = time.monotonic()
     while not happened():
-        assert time.monotonic() < deadline, "it never happened"
-        time.sleep(0.002)
+        waited = time.monotonic() - start
+        assert waited < patience, "it never happened"
+        time.sleep(min(0.002 + 0.05 * waited, 0.05))
 
 
 def settings_of(**changes: object) -> Settings:
@@ -225,3 +229,10 @@ class Child:
         if self.process.poll() is None:
             self.process.kill()
         self.process.wait(PATIENCE)
+
+
+def warmed_up(running: Running, engine: PlainEngine) -> None:
+    """Return once the service is warm; what it opened for that is forgotten, being nobody's session."""
+    until(lambda: running.service.warm)
+    engine.hands.clear()
+    engine.opened.clear()

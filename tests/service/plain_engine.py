@@ -1,6 +1,7 @@
 """An engine whose sound is known exactly: a sine whose pitch is that of the scene, in place of the contact model.
 
 The protocol's own promises (pacing, fades, sizes, ends) are tested with it; what is heard is tested with `synth`.
+Processes start with it, so what only few tests need is imported where it is needed.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,19 +17,15 @@ import numpy as np
 from service.engine import FiniteVoice, TableFile, file_of_table
 from synth.encode.formats import Block
 from synth.errors import CannotRender
-from synth.response.table_file import read_table
 from synth.scene.scene import Scene, scene_document
-from tests.accuracy_case import report
-from tests.service.harness import ROOT, until
 
 if TYPE_CHECKING:
-    from tests.service.harness import Running
     from tests.service.plain_hand import PlainHand
 
 LEVEL = 0.8
 FULL_SCALE = 12.5
 RAMP_SECONDS = 0.01
-TABLE = ROOT / "tests" / "conformance" / "table.safetensors"
+TABLE = Path(__file__).parent.parent / "conformance" / "table.safetensors"
 
 
 def pitch(scene: Scene) -> float:
@@ -173,10 +171,14 @@ class PlainEngine:
             assert given_up.wait(30.0), "nobody gave it up"
             self.opened.append("given up")
             raise CannotRender("The measurement was given up.")
+        from tests.accuracy_case import report
+
         return report(scene, quantity or scene.output.channel_list[0].quantity).document()
 
     def make_table(self, scene: Scene) -> TableFile:
         self._about_to("table")
+        from synth.response.table_file import read_table
+
         made = file_of_table(read_table(TABLE))
         return self.tables.setdefault(made.hash, made)
 
@@ -194,10 +196,3 @@ class PlainEngine:
             raise CannotRender(self.refuse)
         if self.mistake:
             raise RuntimeError("a secret that no peer may learn")
-
-
-def warmed_up(running: Running, engine: PlainEngine) -> None:
-    """Return once the service is warm; what it opened for that is forgotten, being nobody's session."""
-    until(lambda: running.service.warm)
-    engine.hands.clear()
-    engine.opened.clear()

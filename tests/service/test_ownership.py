@@ -10,9 +10,9 @@ from typing import Any
 import httpx
 import pytest
 
-from tests.service.harness import Running, problem, serving, until
+from tests.service.harness import Running, problem, serving, until, warmed_up
 from tests.service.live.client import live
-from tests.service.plain_engine import PlainEngine, warmed_up
+from tests.service.plain_engine import PlainEngine
 
 MINE, YOURS = ({"Authorization": f"Bearer {key}"} for key in ("mine", "yours"))
 CALLS: dict[str, tuple[str, str, dict[str, Any]]] = {

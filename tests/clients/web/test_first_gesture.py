@@ -9,8 +9,8 @@ import pytest
 
 from tests.clients.web.browser import headless, watched
 from tests.clients.web.page_service import WEB
-from tests.service.harness import PATIENCE, serving, until
-from tests.service.plain_engine import PlainEngine, warmed_up
+from tests.service.harness import PATIENCE, serving, until, warmed_up
+from tests.service.plain_engine import PlainEngine
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page, Playwright

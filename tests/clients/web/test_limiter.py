@@ -11,8 +11,8 @@ from tests.clients.web.browser import kept_page, visited
 from tests.clients.web.conftest import START_SCENE, loaded
 from tests.clients.web.page_service import WEB
 from tests.clients.web.test_accessibility import violations
-from tests.service.harness import Running, serving
-from tests.service.plain_engine import PlainEngine, warmed_up
+from tests.service.harness import Running, serving, warmed_up
+from tests.service.plain_engine import PlainEngine
 from tests.service.plain_hand import PlainHand
 
 if TYPE_CHECKING:

@@ -18,8 +18,8 @@ from tests.clients.web.conftest import MODULES, modules_loaded
 from tests.clients.web.page_service import Breaker, serving_pages
 from tests.clients.web.test_sound import sounding
 from tests.conftest import RunsRidgewave
-from tests.service.harness import Running
-from tests.service.plain_engine import PlainEngine, warmed_up
+from tests.service.harness import Running, warmed_up
+from tests.service.plain_engine import PlainEngine
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page

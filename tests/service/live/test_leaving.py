@@ -10,9 +10,9 @@ import pytest
 from service.live import websocket
 from tests.bench.live_frames import BINARY, frame
 from tests.service.faults.caller import Caller
-from tests.service.harness import Running, serving, until
+from tests.service.harness import Running, serving, until, warmed_up
 from tests.service.live.driver import contact
-from tests.service.plain_engine import PlainEngine, warmed_up
+from tests.service.plain_engine import PlainEngine
 
 WIDE = {"output": {"sample_rate": 192000, "channels": [{"quantity": "acceleration"}] * 4}}  # fills a socket soon
 PIECE = 256 * 1024  # bytes that asyncio reads at a time

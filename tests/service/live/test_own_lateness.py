@@ -8,9 +8,9 @@ from collections.abc import Callable
 import pytest
 
 from service.sessions.pacer import Behind, Pacer
-from tests.service.harness import Running, serving
+from tests.service.harness import Running, serving, warmed_up
 from tests.service.live.client import LiveClient, live
-from tests.service.plain_engine import PlainEngine, warmed_up
+from tests.service.plain_engine import PlainEngine
 
 SLOW_READER = 0.2  # s
 STALL = 0.1  # s, ten blocks

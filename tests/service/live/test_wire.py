@@ -13,10 +13,10 @@ from service.live.messages import V1, V2, Version
 from service.sessions.session import Session
 from synth.motion.motion import Update
 from synth.scene.scene import parse_scene
-from tests.service.harness import Running, kept_engine, problem, serving, until
+from tests.service.harness import Running, kept_engine, problem, serving, until, warmed_up
 from tests.service.live.client import live
 from tests.service.live.driver import place
-from tests.service.plain_engine import PlainEngine, warmed_up
+from tests.service.plain_engine import PlainEngine
 from tests.service.plain_hand import PlainHand, expected
 
 RATE = 48000
