@@ -150,6 +150,13 @@ def page(request: pytest.FixtureRequest, chromium: Browser, pictures_url: str) -
         yield one
 
 
+@pytest.fixture(scope="package")
+def pictures(chromium: Browser, pictures_url: str) -> Iterator[Page]:
+    """Yield one page of pictures for all tests that give it whatever they read: it is never loaded again."""
+    with opened(chromium, pictures_url) as one:
+        yield one
+
+
 @pytest.fixture(scope="module")
 def kept_pictures(chromium: Browser) -> Iterator[Page]:
     """Yield the page that `plain` loads anew."""

@@ -41,7 +41,8 @@ WRITE = """(every) => every.map(([path, text, model]) => {
     const slider = element.querySelector("input[type=range]");
     if (slider) slider.dispatchEvent(new Event("change", {bubbles: true})), keep();
   }
-  for (const {label} of [...(menu?.options ?? [])].map(({textContent}) => ({label: textContent}))) {
+  const labels = [...(menu?.options ?? [])].map(({textContent}) => textContent);
+  for (const label of labels.filter((_, place) => labels.length < 20 || place % 6 === 0)) { // of the catalogue a sixth
     choose(path, label);
     if (!["a number", "points"].includes(label)) keep();
   }
