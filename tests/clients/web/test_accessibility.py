@@ -38,11 +38,11 @@ def violations(page: Page, part: str | None = None) -> list[str]:
 @pytest.mark.parametrize(
     ("look", "opened"),
     [
-        ("dark", True),
-        ("narrow", True),
+        ("narrow dark", True),
         pytest.param("light", False, marks=pytest.mark.thorough),  # below, while it is touched
         pytest.param("light", True, marks=pytest.mark.thorough),
-        pytest.param("narrow dark", True, marks=pytest.mark.thorough),
+        pytest.param("dark", True, marks=pytest.mark.thorough),
+        pytest.param("narrow", True, marks=pytest.mark.thorough),
     ],
 )
 def test_axe_finds_nothing_serious(chromium: Browser, service: Running, look: str, opened: bool) -> None:
