@@ -1,5 +1,8 @@
 """Headless Chromium for the tests of the web page, and what watches a page: no error is logged, no other host asked.
 
+Model: the policy of a page keeps it from asking another host for anything but a WebSocket, and the browser logs as an
+    error what the policy refuses. So errors and WebSockets are watched: to hear of each request costs an eighth of
+    the time that a page takes to load.
 Limits: playwright's blocking interface keeps an event loop running in the thread that started it, in which
     `asyncio.run` of other tests would fail: playwright and its browsers are for this folder's tests, and end with them.
 """
@@ -19,7 +22,7 @@ import pytest
 from tests.service.harness import PATIENCE
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, ConsoleMessage, Page, Playwright, Request
+    from playwright.sync_api import Browser, ConsoleMessage, Page, Playwright, WebSocket
 
 SOUNDS = "--autoplay-policy=no-user-gesture-required"
 FLAGS = (
@@ -36,7 +39,6 @@ FLAGS = (
 """As root, without a screen, with sound before the first click, and without calls home."""
 
 WAIT = 1e3 * PATIENCE  # ms for a page or the browser to do what is asked
-LOCAL_SCHEMES = ("data", "blob", "about")
 
 
 @contextmanager
@@ -88,7 +90,7 @@ def missing(what: str) -> NoReturn:
 
 
 class Watch:
-    """What went wrong in a page: errors on its console, uncaught exceptions, requests to another host than `url`'s."""
+    """What went wrong in a page: errors on its console, uncaught exceptions, streams from another host than `url`'s."""
 
     def __init__(self, page: Page, url: str) -> None:
         self.host = urlsplit(url).netloc
@@ -98,8 +100,7 @@ class Watch:
         self._hears: dict[Any, Callable[[Any], None]] = {
             "console": self._console,
             "pageerror": lambda error: self.wrong.append(f"uncaught: {error}"),
-            "request": self._request,
-            "websocket": lambda socket: self._ask(socket.url),
+            "websocket": self._websocket,
         }
         for event, heard in self._hears.items():
             page.on(event, heard)
@@ -122,13 +123,9 @@ class Watch:
         if message.type == "error":
             self.wrong.append(f"console: {message.text} ({message.location.get('url', '')})")
 
-    def _request(self, request: Request) -> None:
-        self._ask(request.url)
-
-    def _ask(self, url: str) -> None:
-        parts = urlsplit(url)
-        if parts.scheme not in LOCAL_SCHEMES and parts.netloc != self.host:
-            self.wrong.append(f"asked another host: {url}")
+    def _websocket(self, socket: WebSocket) -> None:
+        if urlsplit(socket.url).netloc != self.host:
+            self.wrong.append(f"asked another host: {socket.url}")
 
 
 @contextmanager
@@ -150,7 +147,7 @@ def watched(browser: Browser, url: str, **options: Any) -> Iterator[tuple[Page, 
 def visited(page: Page, url: str) -> Iterator[Watch]:
     """Yield what watches `page`, which loads `url` anew; fail in the end if anything went wrong.
 
-    For tests that share a page: one that is opened takes two seconds of processor, one that is loaded again 0.7 s.
+    For tests that share a page: one that is opened takes two seconds of processor, one that is loaded again 0.4 s.
     """
     watch = Watch(page, url)
     try:

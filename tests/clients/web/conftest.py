@@ -16,11 +16,12 @@ from tests.service.harness import START, Running, kept_engine, roomy_settings, u
 from tests.service.plain_engine import PlainEngine
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page, Playwright
+    from playwright.sync_api import Browser, Page, Playwright, ViewportSize
 
     from tests.clients.web.browser import Watch
 
 MODULES = "/test/modules.html"
+WIDE: ViewportSize = {"width": 1280, "height": 900}
 START_SCENE = {"finger": {"kind": "fingertip"}}
 """The scene of the page where the address has none."""
 
@@ -83,7 +84,7 @@ def modules_loaded(page: Page) -> None:
 @pytest.fixture(scope="module")
 def kept_touch_page(chromium: Browser) -> Iterator[Page]:
     """Yield the page that `watched_page` loads anew."""
-    with kept_page(chromium, viewport={"width": 1280, "height": 900}) as page:
+    with kept_page(chromium, viewport=WIDE) as page:
         yield page
 
 
@@ -97,10 +98,31 @@ def watched_page(kept_touch_page: Page, service: Running) -> Iterator[tuple[Page
 
 @pytest.fixture
 def comb_page(kept_touch_page: Page, service: Running) -> Iterator[Page]:
-    """Yield the page with the finger of the paper, loaded: its tables take a tenth of the time of a fingertip's."""
+    """Yield the page with the finger of the paper, loaded, with little motion in its views.
+
+    The tables of that finger take a tenth of the time of a fingertip's, and its views half of what a stroke takes.
+    """
+    kept_touch_page.emulate_media(reduced_motion="reduce")
     with visited(kept_touch_page, service.url + link_to({})):
         loaded(kept_touch_page)
         yield kept_touch_page
+
+
+@pytest.fixture(scope="package")
+def kept_still_page(chromium: Browser, service: Running) -> Iterator[Page]:
+    """Yield the page that `still_page` lends to one test after another."""
+    with watched(chromium, service.url + link_to({}), viewport=WIDE, reduced_motion="reduce") as (page, _):
+        loaded(page)
+        yield page
+
+
+@pytest.fixture
+def still_page(kept_still_page: Page) -> Iterator[Page]:
+    """Yield the page with an empty scene, for tests of its form and its parts: loaded once, and never touched."""
+    kept_still_page.evaluate("() => ridgewave.state.take({})")
+    yield kept_still_page
+    kept_still_page.unroute_all()
+    kept_still_page.set_viewport_size(WIDE)
 
 
 @pytest.fixture
@@ -125,6 +147,13 @@ def pictures_url() -> Iterator[str]:
 def page(request: pytest.FixtureRequest, chromium: Browser, pictures_url: str) -> Iterator[Page]:
     """Yield one page of pictures for a module, on a screen of one or two device pixels a CSS pixel."""
     with opened(chromium, pictures_url, device_scale_factor=request.param) as one:
+        yield one
+
+
+@pytest.fixture(scope="package")
+def pictures(chromium: Browser, pictures_url: str) -> Iterator[Page]:
+    """Yield one page of pictures for all tests that give it whatever they read: it is never loaded again."""
+    with opened(chromium, pictures_url) as one:
         yield one
 
 

@@ -2,8 +2,8 @@
 
 Model: three.js comes as a build fetches it (hatch_build.py), IWER from npm by the hashes of package-lock.json. Both go
     to a folder of the test run; the page gets three.js by a route of the browser, IWER by a script before its own.
-Limits: a software renderer is slow: after the first picture it draws few pixels and no swatches, and motions are given
-    in frames, not in seconds.
+Limits: a software renderer is slow: after the first picture it draws few pixels and nothing but fingertips, and motions
+    are given in frames, not in seconds.
 """
 
 from __future__ import annotations
@@ -25,8 +25,9 @@ DRAWING = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftsh
 """Flags of a Chromium that draws WebGL on the processor."""
 PATIENCE = 60.0  # s: a software renderer on a busy machine
 DRAW_LITTLE = """() => {
-  ridgewave.room?.renderer.setPixelRatio(0.2);
-  for (const swatch of ridgewave.room?.swatches ?? []) swatch.visible = false;
+  const {room} = ridgewave;
+  room?.renderer.setPixelRatio(0.2);
+  for (const {material} of room ? [room.floor, ...room.table.children] : []) if (material) material.visible = false;
 }"""
 TOOLS = (HERE / "pages" / "headset.js").read_text("utf-8")
 
@@ -51,7 +52,7 @@ def at_the_table(
 
     `three` is the folder with three.js, None for none; `ready` selects what is there when the page has begun.
     """
-    context = browser.new_context(viewport={"width": 640, "height": 420}, **options)
+    context = browser.new_context(**{"viewport": {"width": 640, "height": 420}, **options})
     context.set_default_timeout(1e3 * PATIENCE)
     page = context.new_page()
     watch = Watch(page, url)

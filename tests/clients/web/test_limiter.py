@@ -62,6 +62,7 @@ def kept(chromium: Browser) -> Iterator[Page]:
 
 @pytest.fixture
 def page(kept: Page, loud: Running) -> Iterator[Page]:
+    kept.emulate_media(reduced_motion="reduce")
     with visited(kept, loud.url + "/") as watch:
         watch.allow(INCOMPLETE)
         loaded(kept)
@@ -83,7 +84,7 @@ def test_the_lamp_is_lit_read_out_once_and_dark_when_nothing_is_limited(page: Pa
     limited(page)
     assert page.locator("#limiter").inner_text() == "reduces by 12 dB"
     assert page.get_attribute("#limiter", "role") == "status"
-    assert violations(page) == []
+    assert violations(page, ".limiter") == []
     page.evaluate(
         "() => { window.spoken = 0; const watch = new MutationObserver(() => (spoken += 1));"
         f" watch.observe({LAMP}, {{childList: true}}); }}"
@@ -124,8 +125,8 @@ def test_a_full_scale_that_the_scene_names_is_taken_out_and_can_be_undone(page: 
     assert page.evaluate("() => ridgewave.state.scene.output") == {"full_scale": "5 m/s^2"}
 
 
-def test_a_swatch_that_is_turned_down_gets_a_session_with_room(page: Page) -> None:
-    asked = page.evaluate(
+def test_a_swatch_that_is_turned_down_gets_a_session_with_room(functions: Page) -> None:
+    asked = functions.evaluate(
         """async () => {
           const {FingertipStream} = await import("/web/vr/fingertip_stream.js");
           const [scenes, told, fingers] = [[], [], []];

@@ -81,7 +81,7 @@ def test_sliders_link_file_undo_and_picture_agree(touch_page: Page, tmp_path: Pa
     assert touch_page.locator("#load-value").inner_text() == load
 
 
-def test_the_sliders_tell_what_the_scene_holds(comb_page: Page) -> None:
+def test_the_sliders_tell_what_the_scene_holds(still_page: Page) -> None:
     """Beyond the sliders, below them, a stroke, and a recorded motion."""
     scans: list[tuple[Any, tuple[str, str]]] = [
         ({"load": "50 N", "speed": "9 m/s"}, ("50 N", "9 m/s")),
@@ -90,16 +90,16 @@ def test_the_sliders_tell_what_the_scene_holds(comb_page: Page) -> None:
         ({"trajectory": [[0, 0, 0.3], [0.1, 0.01, 0.3], [0.2, 0.02, 0.3], [0.3, 0.03, 0.3]]}, ("as recorded",) * 2),
     ]
     for scan, shown in scans:
-        comb_page.evaluate("(scan) => ridgewave.state.take({scan})", scan)
+        still_page.evaluate("(scan) => ridgewave.state.take({scan})", scan)
         for dial, words in zip(("load", "speed"), shown, strict=True):
-            assert comb_page.locator(f"#{dial}-value").inner_text() == words
-            assert comb_page.get_attribute(f"#{dial}", "aria-valuetext") == words
+            assert still_page.locator(f"#{dial}-value").inner_text() == words
+            assert still_page.get_attribute(f"#{dial}", "aria-valuetext") == words
 
 
-def test_a_slider_writes_into_the_stroke_that_the_scene_has(comb_page: Page) -> None:
-    comb_page.evaluate("() => ridgewave.state.take({scan: {stroke: {length: '40 mm'}}})")
-    load = slide(comb_page, "load", 800)
-    assert comb_page.evaluate("() => ridgewave.state.scene.scan") == {"stroke": {"length": "40 mm", "load": load}}
+def test_a_slider_writes_into_the_stroke_that_the_scene_has(still_page: Page) -> None:
+    still_page.evaluate("() => ridgewave.state.take({scan: {stroke: {length: '40 mm'}}})")
+    load = slide(still_page, "load", 800)
+    assert still_page.evaluate("() => ridgewave.state.scene.scan") == {"stroke": {"length": "40 mm", "load": load}}
 
 
 def test_a_hand_presses_with_the_load_of_the_scene(comb_page: Page) -> None:
@@ -114,18 +114,18 @@ def test_a_hand_presses_with_the_load_of_the_scene(comb_page: Page) -> None:
     assert comb_page.evaluate("() => loads") == [1.5]
 
 
-def test_a_picture_that_is_not_yet_of_the_scene_is_grey_and_says_so(touch_page: Page) -> None:
+def test_a_picture_that_is_not_yet_of_the_scene_is_grey_and_says_so(comb_page: Page) -> None:
     held: list[Route] = []
-    touch_page.wait_for_function(AGREED)
-    touch_page.route("**/v1/picture", lambda route: held.append(route))
-    with touch_page.expect_request("**/v1/picture"):
-        touch_page.select_option("#texture", "grating-500um-40um")
-    assert {"pad", "contact"} <= set(touch_page.evaluate(STALE))
-    assert touch_page.locator("#pad-note").inner_text() == "Not updated yet: picture."
-    assert violations(touch_page) == []
+    comb_page.wait_for_function(AGREED)
+    comb_page.route("**/v1/picture", lambda route: held.append(route))
+    with comb_page.expect_request("**/v1/picture"):
+        comb_page.select_option("#texture", "grating-500um-40um")
+    assert {"pad", "contact"} <= set(comb_page.evaluate(STALE))
+    assert comb_page.locator("#pad-note").inner_text() == "Not updated yet: picture."
+    assert violations(comb_page) == []
     held[0].continue_()
-    touch_page.wait_for_function(AGREED)
-    touch_page.wait_for_function("() => !document.querySelector('[data-stale]')")
+    comb_page.wait_for_function(AGREED)
+    comb_page.wait_for_function("() => !document.querySelector('[data-stale]')")
 
 
 @pytest.mark.parametrize("touching", [False, True], ids=["no finger down", "a finger down"])
@@ -191,34 +191,34 @@ def test_a_scene_that_is_refused_leaves_the_one_before_and_says_so(watched_page:
     page.wait_for_function(AGREED)
 
 
-def test_what_the_plan_warns_of_is_told_under_the_pad(comb_page: Page) -> None:
+def test_what_the_plan_warns_of_is_told_under_the_pad(still_page: Page) -> None:
     def warn(route: Route) -> None:
         answer = route.fetch()
         route.fulfill(response=answer, json=answer.json() | {"warnings": ["Nobody can feel this."]})
 
-    comb_page.route("**/v1/explain", warn)
-    comb_page.evaluate("() => ridgewave.state.write(['texture', 'amplitude'], '19 um')")
-    comb_page.wait_for_function("() => document.getElementById('warnings').innerText === 'Nobody can feel this.'")
+    still_page.route("**/v1/explain", warn)
+    still_page.evaluate("() => ridgewave.state.write(['texture', 'amplitude'], '19 um')")
+    still_page.wait_for_function("() => document.getElementById('warnings').innerText === 'Nobody can feel this.'")
 
 
-def test_the_names_of_the_textures_fit_their_menu(comb_page: Page) -> None:
+def test_the_names_of_the_textures_fit_their_menu(still_page: Page) -> None:
     cut = """() => { const menu = document.getElementById("texture"); const style = getComputedStyle(menu);
       const pen = document.createElement("canvas").getContext("2d"); pen.font = style.font;
       return [...menu.options].map(({text}) => text)
         .filter((text) => pen.measureText(text).width > menu.clientWidth - 40); }"""
-    assert comb_page.evaluate(cut) == []
-    comb_page.set_viewport_size({"width": 360, "height": 740})
-    assert comb_page.evaluate(cut) == []
+    assert still_page.evaluate(cut) == []
+    still_page.set_viewport_size({"width": 360, "height": 740})
+    assert still_page.evaluate(cut) == []
 
 
-def test_what_the_page_says_covers_no_picture(comb_page: Page) -> None:
+def test_what_the_page_says_covers_no_picture(still_page: Page) -> None:
     covered = """() => { const at = document.getElementById("notice").getBoundingClientRect();
       return [...document.querySelectorAll("canvas")].filter((canvas) => { const box = canvas.getBoundingClientRect();
         return at.height && box.top < at.bottom && box.bottom > at.top && box.left < at.right && box.right > at.left;
       }).map(({id}) => id); }"""
     for width, height in ((1280, 900), (390, 800)):
-        comb_page.set_viewport_size({"width": width, "height": height})
-        comb_page.evaluate("() => ridgewave.state.write(['texture', 'amplitude'], '19 um')")
-        comb_page.click("#undo")
-        assert comb_page.is_visible("#notice")
-        assert comb_page.evaluate(covered) == []
+        still_page.set_viewport_size({"width": width, "height": height})
+        still_page.evaluate("() => ridgewave.state.write(['texture', 'amplitude'], '19 um')")
+        still_page.click("#undo")
+        assert still_page.is_visible("#notice")
+        assert still_page.evaluate(covered) == []

@@ -85,15 +85,15 @@ def test_the_page_is_small(chromium: Browser, service: Running) -> None:
     assert len(sizes) <= MOST_REQUESTS
 
 
-def test_a_mouse_strokes_the_pad(touch_page: Page) -> None:
-    stroke_pad(touch_page)
-    contact = touch_page.evaluate("() => ridgewave.fingers[0].contact")
-    box = touch_page.locator("#pad").bounding_box()
+def test_a_mouse_strokes_the_pad(comb_page: Page) -> None:
+    stroke_pad(comb_page)
+    contact = comb_page.evaluate("() => ridgewave.fingers[0].contact")
+    box = comb_page.locator("#pad").bounding_box()
     assert box is not None
     assert contact["x"] > 0 and contact["y"] > 0 and contact["load"] == 0
     assert contact["y"] / contact["x"] == pytest.approx((box["height"] / 2 - 80) / 195, rel=1e-2)
     label = "document.getElementById('waveform').getAttribute('aria-label')"
-    touch_page.wait_for_function(f"() => /acceleration: the largest value is (?!0 )/.test({label})")
+    comb_page.wait_for_function(f"() => /acceleration: the largest value is (?!0 )/.test({label})")
 
 
 def test_two_pointers_are_two_fingers(comb_page: Page) -> None:
@@ -134,18 +134,18 @@ def test_it_strokes_by_itself_and_stops(comb_page: Page) -> None:
     assert comb_page.evaluate("() => [ridgewave.player, ridgewave.fingers.length]") == [None, 0]
 
 
-def test_a_field_changes_what_is_touched_without_a_new_stream(touch_page: Page) -> None:
-    touch_page.click("#stroke")
-    touch_page.wait_for_function(PLAYED, arg=4800)
-    before = touch_page.evaluate(
+def test_a_field_changes_what_is_touched_without_a_new_stream(comb_page: Page) -> None:
+    comb_page.click("#stroke")
+    comb_page.wait_for_function(PLAYED, arg=4800)
+    before = comb_page.evaluate(
         """() => { const [finger] = ridgewave.fingers; window.crossed = false;
              finger.addEventListener("scene", () => { window.crossed = true; });
              return finger.connection.ready.session; }"""
     )
-    touch_page.select_option("#texture", "grating-500um-40um")
-    touch_page.wait_for_function("() => window.crossed")
-    touch_page.wait_for_function("() => document.getElementById('state').textContent === 'live'")
-    assert touch_page.evaluate("() => ridgewave.fingers[0].connection.ready.session") == before
+    comb_page.select_option("#texture", "grating-500um-40um")
+    comb_page.wait_for_function("() => window.crossed")
+    comb_page.wait_for_function("() => document.getElementById('state').textContent === 'live'")
+    assert comb_page.evaluate("() => ridgewave.fingers[0].connection.ready.session") == before
 
 
 def test_what_is_fixed_for_a_stream_is_changed_by_a_new_one(comb_page: Page) -> None:
@@ -198,23 +198,23 @@ def test_a_stroke_is_recorded_rendered_and_replayed(comb_page: Page, tmp_path: P
     comb_page.wait_for_function(LIFTED)
 
 
-def test_a_recording_that_is_being_prepared_says_so_and_one_of_nothing_is_none(touch_page: Page) -> None:
+def test_a_recording_that_is_being_prepared_says_so_and_one_of_nothing_is_none(comb_page: Page) -> None:
     words = "() => [document.getElementById('record').textContent, document.getElementById('record').disabled]"
-    assert touch_page.evaluate(f"() => {{ document.getElementById('record').click(); return ({words})(); }}") == [
+    assert comb_page.evaluate(f"() => {{ document.getElementById('record').click(); return ({words})(); }}") == [
         "Preparing…",
         True,
     ]
-    touch_page.wait_for_function("() => document.getElementById('record').textContent === 'Stop recording'")
-    touch_page.click("#record")
-    touch_page.wait_for_function("() => document.getElementById('recording-about').innerText.startsWith('Nothing was')")
-    assert touch_page.is_disabled("#replay") and touch_page.is_disabled("#save-recording")
+    comb_page.wait_for_function("() => document.getElementById('record').textContent === 'Stop recording'")
+    comb_page.click("#record")
+    comb_page.wait_for_function("() => document.getElementById('recording-about').innerText.startsWith('Nothing was')")
+    assert comb_page.is_disabled("#replay") and comb_page.is_disabled("#save-recording")
 
 
-def test_the_wav_is_that_of_the_scene(comb_page: Page, service: Running, tmp_path: Path) -> None:
+def test_the_wav_is_that_of_the_scene(still_page: Page, service: Running, tmp_path: Path) -> None:
     scene = {"texture": {"period": "1 mm"}, "output": {"duration": "0.2 s"}}
-    comb_page.evaluate("(scene) => ridgewave.state.take(scene)", scene)
-    with comb_page.expect_download() as download:
-        comb_page.click("#save-wav")
+    still_page.evaluate("(scene) => ridgewave.state.take(scene)", scene)
+    with still_page.expect_download() as download:
+        still_page.click("#save-wav")
     download.value.save_as(tmp_path / "touch.wav")
     rendered = service.client.post("/v1/render?format=wav", json=scene).content
     wanted, _ = soundfile.read(io.BytesIO(rendered), dtype="float32")
@@ -222,20 +222,20 @@ def test_the_wav_is_that_of_the_scene(comb_page: Page, service: Running, tmp_pat
     assert (found == wanted).all()
 
 
-def test_a_scene_is_kept_as_a_file_and_opened_again(comb_page: Page, tmp_path: Path) -> None:
+def test_a_scene_is_kept_as_a_file_and_opened_again(still_page: Page, tmp_path: Path) -> None:
     scene: dict[str, Any] = {"finger": {"contact_length": "8 mm"}, "effects": {"curvature": "auto"}}
-    comb_page.evaluate("(scene) => ridgewave.state.take(scene)", scene)
-    with comb_page.expect_download() as download:
-        comb_page.click("#save-scene")
+    still_page.evaluate("(scene) => ridgewave.state.take(scene)", scene)
+    with still_page.expect_download() as download:
+        still_page.click("#save-scene")
     path = tmp_path / "scene.json"
     download.value.save_as(path)
-    comb_page.evaluate("() => ridgewave.state.take({})")
-    comb_page.set_input_files("#open-scene", path)
-    comb_page.wait_for_function("() => ridgewave.state.scene.effects?.curvature === 'auto'")
-    assert comb_page.evaluate("() => ridgewave.state.scene") == scene
+    still_page.evaluate("() => ridgewave.state.take({})")
+    still_page.set_input_files("#open-scene", path)
+    still_page.wait_for_function("() => ridgewave.state.scene.effects?.curvature === 'auto'")
+    assert still_page.evaluate("() => ridgewave.state.scene") == scene
     path.write_text("[1]")
-    comb_page.set_input_files("#open-scene", path)
-    told(comb_page, "This file does not contain a scene")
+    still_page.set_input_files("#open-scene", path)
+    told(still_page, "This file does not contain a scene")
 
 
 def test_a_gamepad_rumbles_along(comb_page: Page) -> None:

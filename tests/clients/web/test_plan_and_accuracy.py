@@ -35,9 +35,9 @@ PLAN: dict[str, Any] = {
 }
 
 
-def test_the_plan_tells_what_why_and_at_what_cost(plain: Page) -> None:
-    plain.evaluate("(plan) => views.plan.show(plan)", PLAN)
-    told = plain.inner_text("#plan")
+def test_the_plan_tells_what_why_and_at_what_cost(pictures: Page) -> None:
+    pictures.evaluate("(plan) => views.plan.show(plan)", PLAN)
+    told = pictures.inner_text("#plan")
     wanted = (
         "inertia",
         "It is heavy.",
@@ -54,11 +54,11 @@ def test_the_plan_tells_what_why_and_at_what_cost(plain: Page) -> None:
     )
     for words in wanted:
         assert words in told, words
-    plain.evaluate("(plan) => views.plan.show(plan)", {key: value for key, value in PLAN.items() if key != "cost"})
-    assert "real time" not in plain.inner_text("#plan")
+    pictures.evaluate("(plan) => views.plan.show(plan)", {key: value for key, value in PLAN.items() if key != "cost"})
+    assert "real time" not in pictures.inner_text("#plan")
 
 
-def test_the_plan_tells_the_contact_of_a_scene(plain: Page) -> None:
+def test_the_plan_tells_the_contact_of_a_scene(pictures: Page) -> None:
     contact = {
         "stiffness": 3.3e5,
         "contact_fraction": 0.25,
@@ -66,13 +66,13 @@ def test_the_plan_tells_the_contact_of_a_scene(plain: Page) -> None:
         "sensation_level_db": 31.4,
         "groups": None,
     }
-    plain.evaluate("(plan) => views.plan.show(plan)", PLAN | {"response": PLAN["response"] | contact})
-    told = plain.inner_text("#plan")
+    pictures.evaluate("(plan) => views.plan.show(plan)", PLAN | {"response": PLAN["response"] | contact})
+    told = pictures.inner_text("#plan")
     for words in ("330 kN/m", "25 %", "acceleration, rms", "1.5 m/s²", "2 µm", "31 dB"):
         assert words in told, words
     unknown = dict.fromkeys(contact)
-    plain.evaluate("(plan) => views.plan.show(plan)", PLAN | {"response": PLAN["response"] | unknown})
-    assert "stiffness" not in plain.inner_text("#plan")
+    pictures.evaluate("(plan) => views.plan.show(plan)", PLAN | {"response": PLAN["response"] | unknown})
+    assert "stiffness" not in pictures.inner_text("#plan")
 
 
 def test_the_tolerance_is_chosen_by_keyboard_and_its_cost_stands_beside_it(plain: Page) -> None:
@@ -98,11 +98,13 @@ def test_the_tolerance_is_chosen_by_keyboard_and_its_cost_stands_beside_it(plain
     }
 
 
-def test_a_refusal_is_told_in_its_own_sentence(plain: Page) -> None:
-    plain.evaluate("""() => { views.answers["/v1/accuracy"] = new Error("A measurement runs: try again in 20 s."); }""")
-    plain.get_by_role("button", name="Measure all methods").click()
-    plain.wait_for_function("() => document.querySelector('[role=status]').textContent.startsWith('A measure')")
-    assert plain.get_by_role("button", name="Measure all methods").is_enabled()
+def test_a_refusal_is_told_in_its_own_sentence(pictures: Page) -> None:
+    pictures.evaluate(
+        """() => { views.answers["/v1/accuracy"] = new Error("A measurement runs: try again in 20 s."); }"""
+    )
+    pictures.get_by_role("button", name="Measure all methods").click()
+    pictures.wait_for_function("() => document.querySelector('[role=status]').textContent.startsWith('A measure')")
+    assert pictures.get_by_role("button", name="Measure all methods").is_enabled()
 
 
 def test_an_answer_that_was_overtaken_counts_no_more(plain: Page) -> None:
@@ -134,14 +136,14 @@ def test_an_answer_that_was_overtaken_counts_no_more(plain: Page) -> None:
     assert plain.inner_text("#accuracy [role=status]") == "This scene is refused."
 
 
-def test_a_measurement_is_drawn_where_it_belongs_and_told_as_a_table(plain: Page, repository: Path) -> None:
+def test_a_measurement_is_drawn_where_it_belongs_and_told_as_a_table(pictures: Page, repository: Path) -> None:
     measured = json.loads((repository / "docs/figures/accuracy-default/accuracy.json").read_text("utf-8"))
-    plain.evaluate("(measured) => { views.answers['/v1/accuracy'] = measured; }", measured)
-    plain.get_by_role("button", name="Measure all methods").click()
-    plain.wait_for_selector(".error-plot .ring")
-    assert plain.locator(".accuracy-table tbody tr").count() == len(measured["methods"])
-    assert plain.locator("tr[aria-current] th").text_content() == measured["chosen"]
-    found = plain.evaluate(
+    pictures.evaluate("(measured) => { views.answers['/v1/accuracy'] = measured; }", measured)
+    pictures.get_by_role("button", name="Measure all methods").click()
+    pictures.wait_for_selector(".error-plot .ring")
+    assert pictures.locator(".accuracy-table tbody tr").count() == len(measured["methods"])
+    assert pictures.locator("tr[aria-current] th").text_content() == measured["chosen"]
+    found = pictures.evaluate(
         """() => [...document.querySelectorAll('.error-plot .point')].map((point) => [
         point.textContent.split(': error')[0], Number(point.getAttribute('cx')), Number(point.getAttribute('cy'))])"""
     )
@@ -155,9 +157,9 @@ def test_a_measurement_is_drawn_where_it_belongs_and_told_as_a_table(plain: Page
         assert np.abs(line(values) - along).max() < 1e-6
     assert np.corrcoef(cost, drawn[:, 0])[0, 1] > 0.999
     assert np.corrcoef(error, drawn[:, 1])[0, 1] < -0.999
-    ring = plain.locator("circle.ring")
+    ring = pictures.locator("circle.ring")
     assert tuple(float(ring.get_attribute(name) or "nan") for name in ("cx", "cy")) == places[measured["chosen"]]
-    assert measured["chosen"] in str(plain.get_attribute(".error-plot", "aria-label"))
+    assert measured["chosen"] in str(pictures.get_attribute(".error-plot", "aria-label"))
 
 
 @pytest.mark.parametrize("width", [360, 900])

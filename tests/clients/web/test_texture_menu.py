@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 NAME = "percale-200-count"
 
 
-def test_the_menu_has_the_groups_of_the_catalogue(touch_page: Page) -> None:
-    groups = touch_page.evaluate(
+def test_the_menu_has_the_groups_of_the_catalogue(still_page: Page) -> None:
+    groups = still_page.evaluate(
         """() => [...document.querySelectorAll("#texture optgroup")]
              .map(({label, children}) => [label, [...children].map(({value}) => value)])"""
     )
@@ -23,18 +23,18 @@ def test_the_menu_has_the_groups_of_the_catalogue(touch_page: Page) -> None:
     assert dict(groups) == wanted and [label for label, _ in groups] == list(wanted)
 
 
-def test_a_chosen_texture_shows_its_picture_and_its_sources(touch_page: Page) -> None:
-    picture = touch_page.locator("#texture-picture")
+def test_a_chosen_texture_shows_its_picture_and_its_sources(still_page: Page) -> None:
+    picture = still_page.locator("#texture-picture")
     picture.wait_for(state="hidden")
-    touch_page.select_option("#texture", NAME)
+    still_page.select_option("#texture", NAME)
     picture.wait_for()
     assert picture.evaluate("(image) => image.decode().then(() => image.naturalWidth)") == 240
     assert "percale" in (picture.get_attribute("alt") or "")
-    touch_page.click("#texture-sources summary")
-    touch_page.wait_for_function("() => document.querySelectorAll('#texture-sources li').length > 0")
+    still_page.click("#texture-sources summary")
+    still_page.wait_for_function("() => document.querySelectorAll('#texture-sources li').length > 0")
     entry = rw.textures()[NAME]
-    lines = touch_page.locator("#texture-sources li").all_inner_texts()
+    lines = still_page.locator("#texture-sources li").all_inner_texts()
     assert f"texture.period {entry.document['texture']['period']} ({entry.sources['texture.period']})" in lines
-    touch_page.select_option("#texture", "sinusoid")
+    still_page.select_option("#texture", "sinusoid")
     picture.wait_for(state="hidden")
-    touch_page.locator("#texture-sources").wait_for(state="hidden")
+    still_page.locator("#texture-sources").wait_for(state="hidden")

@@ -95,9 +95,9 @@ def test_the_heights_of_an_area_are_drawn_at_their_places(page: Page, zoom: floa
     label_of(page, "surface", "800 µm along and 1.4 mm across")
 
 
-def test_fingers_move_without_a_drawing(plain: Page) -> None:
-    plain.evaluate(SHOW, [texture(), PERIOD, 2e-5])
-    told = plain.evaluate(
+def test_fingers_move_without_a_drawing(pictures: Page) -> None:
+    pictures.evaluate(SHOW, [texture(), PERIOD, 2e-5])
+    told = pictures.evaluate(
         """async () => { const {surface} = views; const before = surface.panel.drawings;
         surface.touch([0.004, {position: 0.006, across: 0.25}]);
         await new Promise(requestAnimationFrame); await new Promise(requestAnimationFrame);
@@ -139,7 +139,7 @@ def picture(phases: int) -> dict[str, Any]:
     """Return a picture as `POST /v1/picture` answers it: two cosines, an approach of its own, and the patches."""
     points = 2048
     s, x = np.arange(points) * PERIOD / points, np.linspace(0.0, LENGTH, points)
-    fine = np.linspace(0.0, LENGTH, 400_001)
+    fine = np.linspace(0.0, LENGTH, 100_001)
     turns = np.arange(phases) / phases
     z = 46e-6 + 5e-6 * np.cos(2 * np.pi * turns)
     touching = []
@@ -183,24 +183,24 @@ def test_what_is_lit_is_what_touches(page: Page, index: int) -> None:
     label_of(page, "contact", f"{len(edges)} contact patch")
 
 
-def test_between_two_phases_the_patches_are_those_of_the_heights(plain: Page) -> None:
+def test_between_two_phases_the_patches_are_those_of_the_heights(pictures: Page) -> None:
     coarse, fine = picture(16), picture(32)
-    told = plain.evaluate(LIT, [coarse, 7 / 32])
+    told = pictures.evaluate(LIT, [coarse, 7 / 32])
     edges = np.array(fine["touching"][7]).reshape(-1, 2)
     assert np.allclose(told["drawn"]["patches"], edges, atol=3e-6)
-    blind = plain.evaluate(LIT, [coarse | {"touching": None}, 6 / 32])
+    blind = pictures.evaluate(LIT, [coarse | {"touching": None}, 6 / 32])
     assert np.allclose(blind["drawn"]["patches"], np.array(fine["touching"][6]).reshape(-1, 2), atol=3e-6)
 
 
-def test_the_vertical_exaggeration_is_stated_and_true(plain: Page) -> None:
-    drawn = plain.evaluate(LIT, [picture(16), 0.0])["drawn"]
+def test_the_vertical_exaggeration_is_stated_and_true(pictures: Page) -> None:
+    drawn = pictures.evaluate(LIT, [picture(16), 0.0])["drawn"]
     assert drawn["up"] == pytest.approx(drawn["factor"] * drawn["across"])
-    label_of(plain, "contact", f"{drawn['factor']} times more than lengths")
+    label_of(pictures, "contact", f"{drawn['factor']} times more than lengths")
 
 
-def test_nothing_is_drawn_while_nothing_changes(plain: Page) -> None:
-    plain.evaluate(LIT, [picture(16), 0.25])
-    again = plain.evaluate(
+def test_nothing_is_drawn_while_nothing_changes(pictures: Page) -> None:
+    pictures.evaluate(LIT, [picture(16), 0.25])
+    again = pictures.evaluate(
         """async () => { const {contact} = views; const before = contact.panel.drawings;
         for (let turn = 0; turn < 10; turn++) { contact.at(0.25); await new Promise(requestAnimationFrame); }
         return contact.panel.drawings - before; }"""

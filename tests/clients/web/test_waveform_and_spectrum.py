@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
 from synth.perception.threshold import threshold_displacement
-from tests.clients.web.drawn_views import label_of, opened, push
+from tests.clients.web.drawn_views import label_of, push
 from tests.few import paired
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Page
 
 RATE = 48000
 ORDERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
@@ -22,17 +21,10 @@ AMPLITUDES = "(samples) => Array.from(new views.FourierTransform(samples.length)
 LINE = "(samples) => views.largestLine(new views.FourierTransform(samples.length).amplitudes(samples), 48000)"
 
 
-@pytest.fixture(scope="module")
-def still(chromium: Browser, pictures_url: str) -> Iterator[Page]:
-    """Yield one page of pictures for all tests that draw nothing."""
-    with opened(chromium, pictures_url) as one:
-        yield one
-
-
 @pytest.mark.parametrize("size", [4, 8, 64, 1024, 16384])
-def test_transform_is_that_of_numpy(still: Page, size: int) -> None:
+def test_transform_is_that_of_numpy(pictures: Page, size: int) -> None:
     samples = np.random.default_rng(size).normal(size=size)
-    found = still.evaluate(
+    found = pictures.evaluate(
         "(samples) => { const {real, imaginary} = new views.FourierTransform(samples.length).complex(samples);"
         " return [Array.from(real), Array.from(imaginary)]; }",
         samples.tolist(),
@@ -41,23 +33,25 @@ def test_transform_is_that_of_numpy(still: Page, size: int) -> None:
     assert np.allclose(np.array(found[0]) + 1j * np.array(found[1]), expected, rtol=0, atol=1e-12 * size)
 
 
-def test_a_size_that_is_no_power_of_two_is_refused(still: Page) -> None:
-    told = still.evaluate("() => { try { new views.FourierTransform(12); } catch (error) { return error.message; } }")
+def test_a_size_that_is_no_power_of_two_is_refused(pictures: Page) -> None:
+    told = pictures.evaluate(
+        "() => { try { new views.FourierTransform(12); } catch (error) { return error.message; } }"
+    )
     assert "power of two" in told
 
 
 @pytest.mark.parametrize(("frequency", "amplitude"), paired([100.0, 123.456, 7777.7], [1e-9, 2e4]))
-def test_a_sinusoid_shows_as_its_amplitude(still: Page, amplitude: float, frequency: float) -> None:
+def test_a_sinusoid_shows_as_its_amplitude(pictures: Page, amplitude: float, frequency: float) -> None:
     samples = amplitude * np.cos(2 * np.pi * frequency * np.arange(16384) / RATE + 0.7)
-    line = still.evaluate(LINE, samples.tolist())
+    line = pictures.evaluate(LINE, samples.tolist())
     assert line["amplitude"] == pytest.approx(amplitude, rel=1e-3)
     assert line["frequency"] == pytest.approx(frequency, abs=0.05)
 
 
-def test_a_small_line_beside_a_large_one_keeps_its_height(still: Page) -> None:
+def test_a_small_line_beside_a_large_one_keeps_its_height(pictures: Page) -> None:
     time = np.arange(16384) / RATE
     samples = np.cos(2 * np.pi * 200.3 * time) + 1e-4 * np.cos(2 * np.pi * 400.9 * time)
-    amplitudes = np.array(still.evaluate(AMPLITUDES, samples.tolist()))
+    amplitudes = np.array(pictures.evaluate(AMPLITUDES, samples.tolist()))
     near = slice(round(380 * 16384 / RATE), round(420 * 16384 / RATE))
     assert amplitudes[near].max() == pytest.approx(1e-4, rel=0.02)
 
@@ -76,40 +70,40 @@ def test_the_spectrum_draws_a_sinusoid_where_it_is_and_as_high_as_it_is(page: Pa
 
 
 @pytest.mark.parametrize("quantity", ORDERS)
-def test_the_threshold_is_converted_into_the_quantity(plain: Page, quantity: str) -> None:
+def test_the_threshold_is_converted_into_the_quantity(pictures: Page, quantity: str) -> None:
     frequencies = np.geomspace(1.0, 1000.0, 200)
     displacement = threshold_displacement(frequencies)
-    plain.evaluate(
+    pictures.evaluate(
         "(curve) => views.spectrum.threshold(curve)",
         {"name": "fingertip", "frequencies": frequencies.tolist(), "displacement": displacement.tolist()},
     )
-    drawn = push(plain, "spectrum", [[100.0, 0.5]], quantity, fullScale=1e-3)
+    drawn = push(pictures, "spectrum", [[100.0, 0.5]], quantity, fullScale=1e-3)
     expected = displacement * (2 * np.pi * frequencies) ** ORDERS[quantity]
     assert np.allclose(np.array(drawn["threshold"]), np.stack([frequencies, expected], axis=1), rtol=1e-12)
     level = 20 * np.log10(0.5e-3 / np.interp(100.0, frequencies, expected))
     side = "above" if level > 0 else "below"
-    label_of(plain, "spectrum", f"{abs(level):.0f} dB {side} the detection threshold")
+    label_of(pictures, "spectrum", f"{abs(level):.0f} dB {side} the detection threshold")
 
 
-def test_a_force_has_no_threshold(plain: Page) -> None:
+def test_a_force_has_no_threshold(pictures: Page) -> None:
     curve = {"name": "fingertip", "frequencies": [1, 10], "displacement": [1e-6, 1e-6]}
-    plain.evaluate("(curve) => views.spectrum.threshold(curve)", curve)
-    assert push(plain, "spectrum", [[100.0, 0.5]], "tangential_force")["threshold"] == []
+    pictures.evaluate("(curve) => views.spectrum.threshold(curve)", curve)
+    assert push(pictures, "spectrum", [[100.0, 0.5]], "tangential_force")["threshold"] == []
 
 
-def test_harmonics_are_marked_where_they_belong(plain: Page) -> None:
-    plain.evaluate("() => views.spectrum.mark([100, 200, 300, 400, 500, 100000])")
-    marks = push(plain, "spectrum", [[100.0, 0.5]])["marks"]
+def test_harmonics_are_marked_where_they_belong(pictures: Page) -> None:
+    pictures.evaluate("() => views.spectrum.mark([100, 200, 300, 400, 500, 100000])")
+    marks = push(pictures, "spectrum", [[100.0, 0.5]])["marks"]
     assert [mark["frequency"] for mark in marks] == [100, 200, 300, 400, 500]
     assert [mark["label"] for mark in marks] == ["u/λ 100 Hz", "2", "3", "4", "5"]
     places = np.array([mark["x"] for mark in marks])
     octaves = np.log2([1, 2, 3, 4, 5])
     assert np.allclose(places - places[0], octaves * (places[1] - places[0]), atol=1e-6)
-    width = plain.evaluate("() => views.spectrum.panel.width")
+    width = pictures.evaluate("() => views.spectrum.panel.width")
     left, right = 72.0, width - 12.0
     assert places[0] == pytest.approx(left + (right - left) * np.log(10.0) / np.log(500.0))
-    plain.evaluate("() => views.spectrum.mark([])")
-    assert push(plain, "spectrum", [[100.0, 0.5]])["marks"] == []
+    pictures.evaluate("() => views.spectrum.mark([])")
+    assert push(pictures, "spectrum", [[100.0, 0.5]])["marks"] == []
 
 
 WIDTHS = """(labels) => {
@@ -119,19 +113,19 @@ WIDTHS = """(labels) => {
 }"""
 
 
-def test_the_labels_of_harmonics_do_not_touch(plain: Page) -> None:
-    size = plain.viewport_size
+def test_the_labels_of_harmonics_do_not_touch(pictures: Page) -> None:
+    size = pictures.viewport_size
     assert size is not None
-    plain.set_viewport_size({"width": 462, "height": 800})
-    plain.wait_for_function("() => views.spectrum.panel.width < 440")
+    pictures.set_viewport_size({"width": 462, "height": 800})
+    pictures.wait_for_function("() => views.spectrum.panel.width < 440")
     for fundamental in (12.3, 29.6, 99.0):
-        plain.evaluate("(f) => views.spectrum.mark(Array.from({length: 60}, (_, n) => (n + 1) * f))", fundamental)
-        told = [mark for mark in push(plain, "spectrum", [[100.0, 0.5]])["marks"] if mark["label"]]
-        wide = np.array(plain.evaluate(WIDTHS, [mark["label"] for mark in told]))
+        pictures.evaluate("(f) => views.spectrum.mark(Array.from({length: 60}, (_, n) => (n + 1) * f))", fundamental)
+        told = [mark for mark in push(pictures, "spectrum", [[100.0, 0.5]])["marks"] if mark["label"]]
+        wide = np.array(pictures.evaluate(WIDTHS, [mark["label"] for mark in told]))
         begins = np.array([mark["x"] for mark in told]) - 0.5 * wide
         begins[0] = told[0]["x"] - 8.0
         assert len(told) > 2 and np.all(begins[1:] > (begins + wide)[:-1] + 5.0)
-    plain.set_viewport_size(size)
+    pictures.set_viewport_size(size)
 
 
 @pytest.mark.parametrize("quantity", ORDERS)
@@ -157,9 +151,9 @@ def test_the_waveform_stands_still_at_constant_speed(plain: Page) -> None:
         assert np.abs(trace - traces[0]).max() < 0.02 * np.ptp(traces[0])
 
 
-def test_the_time_shown_follows_the_frequency_in_steps(plain: Page) -> None:
+def test_the_time_shown_follows_the_frequency_in_steps(pictures: Page) -> None:
     expect = "(frequencies) => frequencies.map((one) => { views.waveform.expect(one); return views.waveform.span; })"
-    spans = plain.evaluate(expect, [100.0, 150.0, 60.0, 30.0, 40.0, 2000.0, 0.0])
+    spans = pictures.evaluate(expect, [100.0, 150.0, 60.0, 30.0, 40.0, 2000.0, 0.0])
     assert spans == pytest.approx([0.05, 0.05, 0.05, 0.2, 0.2, 0.005, 0.25])
 
 
