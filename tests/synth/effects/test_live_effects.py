@@ -81,13 +81,13 @@ def test_a_setting_of_an_effect_changes_as_any_field_does() -> None:
 def test_a_finger_that_lifts_in_a_recording_is_silence(name: str) -> None:
     effects = CHANGES.get(name, {name: {}})
     # the curve overshoots below 0 N between points, by a quarter of the last overshoot at each further point
-    points = [[i / 200, 4e-4 * i, float(np.interp(i, [0, 20, 24, 76, 80, 100], [0.3, 0.3, 0, 0, 0.3, 0.3]))]
-              for i in range(101)]  # fmt: skip
+    points = [[i / 200, 4e-4 * i, float(np.interp(i, [0, 10, 14, 46, 50, 60], [0.3, 0.3, 0, 0, 0.3, 0.3]))]
+              for i in range(61)]  # fmt: skip
     voice = open_voice(scene(effects, scan={"trajectory": points}, finger=SHORT))
-    block = voice.render(4000)
-    assert np.max(np.abs(block[round(0.24 * RATE) : round(0.26 * RATE)])) <= 1e-12  # the curve rounds to some nN
-    assert np.all(np.ptp(block[: round(0.08 * RATE)], axis=0) > 0.0)
-    assert np.all(np.ptp(block[round(0.44 * RATE) :], axis=0) > 0.0)
+    block = voice.render(2400)
+    assert np.max(np.abs(block[round(0.145 * RATE) : round(0.155 * RATE)])) <= 1e-12  # the curve rounds to some nN
+    assert np.all(np.ptp(block[: round(0.045 * RATE)], axis=0) > 0.0)
+    assert np.all(np.ptp(block[round(0.26 * RATE) :], axis=0) > 0.0)
 
 
 @pytest.mark.parametrize("name", ["inertia", "viscous_skin", "adhesion", "tangential"])
