@@ -21,6 +21,7 @@ from tests.synth.engine_cases import QUANTITIES, Real, physical, touch_of
 PHASES = 1024
 RATE = 8000
 LIFT = 1e-3  # N
+QUICK: dict[str, Any] = {"finger": SHORT, "accuracy": {"tolerance": 1e-2}}
 STRONG = {"stress": "20 kPa", "reach": "20 um"}  # a finger of 3 mm lets go at a pull of 0.010 to 0.016 N
 
 
@@ -64,20 +65,19 @@ def test_an_attraction_that_sinks_the_finger_far_is_within_the_table() -> None:
 
 
 def test_a_constant_pull_is_held_where_there_is_a_root() -> None:
-    scene = scene_of("default", {"adhesion": STRONG}, scan={"load": "-0.005 N"}, finger=SHORT)
+    scene = scene_of("default", {"adhesion": STRONG}, scan={"load": "-0.005 N"}, **QUICK)
     wanted, own = oracle(scene)
     check_quantities(scene, (wanted,), own)
 
 
 def test_a_constant_pull_beyond_the_pull_off_is_silence() -> None:
-    scene = scene_of("default", {"adhesion": STRONG}, scan={"load": "-0.04 N"}, finger=SHORT)
+    scene = scene_of("default", {"adhesion": STRONG}, scan={"load": "-0.04 N"}, **QUICK)
     assert not np.any(open_voice(scene).render(1000))
 
 
 @pytest.mark.parametrize("shape", ["contact_growth", "curvature"])
 def test_a_contact_whose_shape_follows_the_load_may_be_pulled(shape: str) -> None:
-    sections: dict[str, Any] = {"scan": {"load": "-0.005 N"}, "finger": SHORT, "accuracy": {"tolerance": 1e-2}}
-    scene = scene_of("default", {"adhesion": STRONG, shape: {}}, **sections)
+    scene = scene_of("default", {"adhesion": STRONG, shape: {}}, scan={"load": "-0.005 N"}, **QUICK)
     voice = open_voice(scene)
     assert shape in [one.name for one in voice.plan.simulated]
     assert np.isfinite(voice.render(1000)).all()
