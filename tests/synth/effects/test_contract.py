@@ -21,8 +21,8 @@ from synth.errors import SceneError
 from synth.response.response_cache import ResponseCache
 from synth.scene.effects_section import declaration, effect_names
 from synth.scene.section import rule_of
-from tests.few import paired
-from tests.synth.effects.effect_cases import ALONE, LARGEST_SETS, TOGETHER, hand, quick_scene, scene_with
+from tests.few import paired, thorough
+from tests.synth.effects.effect_cases import ALONE, LARGEST_SETS, TOGETHER, covering, hand, quick_scene, scene_with
 from tests.synth.effects.plain_renders import digest
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -36,7 +36,8 @@ CHANNELS = {
 CACHE = ResponseCache()
 """Responses shared by voices of one scene. The test of equal samples prepares its second voice anew."""
 
-every = pytest.mark.parametrize("names", EVERY, ids="+".join)
+SHOWN = [names if names in covering(LARGEST_SETS) else thorough(names) for names in LARGEST_SETS]
+every = pytest.mark.parametrize("names", [*((name,) for name in ALONE), *SHOWN], ids="+".join)
 
 
 def test_the_registry_is_the_folder() -> None:
@@ -90,7 +91,7 @@ def test_block_splits_do_not_matter(names: tuple[str, ...]) -> None:
     assert np.any(whole[:, :3])
 
 
-@pytest.mark.parametrize("names", [*EVERY, *SHAPED], ids="+".join)
+@pytest.mark.parametrize("names", [*((name,) for name in ALONE), *SHOWN, *SHAPED], ids="+".join)
 def test_block_splits_do_not_matter_under_a_hand(names: tuple[str, ...]) -> None:
     scene = parse_scene(scene_with(*names, **CHANNELS))
     voice = open_voice(scene, cache=CACHE)
