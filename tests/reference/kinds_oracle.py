@@ -53,19 +53,26 @@ def approach(finger: Any, profile: Any, turns: npt.NDArray[np.float64], indentat
 
 
 def domed_approach(
-    finger: Any, profile: Any, turns: npt.NDArray[np.float64], load: float, touch: Touch, radius: float
+    finger: Any,
+    profile: Any,
+    turns: npt.NDArray[np.float64],
+    load: float,
+    touch: Touch,
+    radius: float,
+    points: int = DOMED_POINTS,
 ) -> npt.NDArray[np.float64]:
     """Return z (m) at each place under a round finger about the middle of the nominal contact.
 
     load: N.
     touch: the scene with the equivalent sinusoid as its texture; it determines the foundation.
     radius: m.
+    points: over all that may touch.
     """
     b = smooth_half_length(touch, load, radius)
     target = 2.0 * b * load / stiffness(replace(touch, load=load, contact_length=2.0 * b)).k
     lowest, highest = profile.extent
     half = math.sqrt(2.0 * radius * (2.0 * finger.ridge_amplitude + highest - lowest) + b * b)
-    off = np.linspace(-half, half, DOMED_POINTS + 1)
+    off = np.linspace(-half, half, points + 1)
     x = 0.5 * finger.contact_length + off
     gap = finger.ridge_amplitude * np.cos(2.0 * math.pi * x / finger.ridge_period) + off**2 / (2.0 * radius)
     places = (x - turn * profile.period for turn in turns)

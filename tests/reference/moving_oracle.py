@@ -304,12 +304,17 @@ class Scan:
         return tuple(Harmonics(np.fft.rfft(one) / len(one), 1 / period) for one in self.motion)
 
 
-def steady_scan(finger: Finger, settled: float) -> Scan:
-    """Return the motion of a finger at constant speed after at least `settled` seconds, in whole periods."""
+def steady_scan(finger: Finger, settled: float, samples: int = SAMPLES, tolerance: float = 1e-10) -> Scan:
+    """Return the motion of a finger at constant speed after at least `settled` seconds, in whole periods.
+
+    samples: of the last period.
+    tolerance: of the integrator, relative.
+    """
     touch, period = finger.touch, abs(finger.touch.texture_period / (finger.position(1.0) - finger.position(0.0)))
-    part = period * np.arange(SAMPLES) / SAMPLES
-    z, velocity = finger.moved(np.concatenate([part - period, part]), -(math.ceil(settled / period) + 1) * period)
-    earlier, last, speed = z[:SAMPLES], z[SAMPLES:], velocity[SAMPLES:]
+    part = period * np.arange(samples) / samples
+    times, start = np.concatenate([part - period, part]), -(math.ceil(settled / period) + 1) * period
+    z, velocity = finger.moved(times, start, tolerance)
+    earlier, last, speed = z[:samples], z[samples:], velocity[samples:]
     reaction, k = Reaction(Profile(touch), finger.pull, finger.reach), stiffness(touch).k
     turns = [finger.position(float(t)) / touch.texture_period for t in part]
     pressed = np.array([reaction.at(float(one), theta, k)[0] for one, theta in zip(last, turns, strict=True)])

@@ -42,7 +42,17 @@ def together() -> list[tuple[str, ...]]:
 
 
 TOGETHER = together()
-LARGEST_SETS = [names for names in TOGETHER if not any(set(names) < set(other) for other in TOGETHER)]
+LARGEST_SETS: list[tuple[str, ...]] = [
+    names for names in TOGETHER if not any(set(names) < set(other) for other in TOGETHER)
+]
+
+
+def covering(sets: list[tuple[str, ...]]) -> list[tuple[str, ...]]:
+    """Return some of the sets, so that every effect is in one of them."""
+    found: list[tuple[str, ...]] = []
+    while lacking := {name for names in sets for name in names}.difference(*found):
+        found.append(max(sets, key=lambda names: len(lacking.intersection(names))))
+    return found
 
 
 def hand(frames: int, rate: int, begin: int = 0) -> Motion:

@@ -18,6 +18,7 @@ from tests.synth.engine_cases import largest_step
 
 RATE = 8000
 CACHE = ResponseCache()
+QUICK = {"finger": SHORT, "accuracy": {"tolerance": 1e-2}}
 OUTPUT = {"quantity": "displacement", "sample_rate": RATE, "bandwidth": "full"}
 
 CHANGES: dict[str, dict[str, Any]] = {
@@ -31,17 +32,17 @@ CHANGES: dict[str, dict[str, Any]] = {
 
 
 def scene(effects: dict[str, Any] | None = None, **sections: Any) -> Scene:
-    return parse_scene({"output": OUTPUT, "accuracy": {"tolerance": 1e-2}, **sections, "effects": effects or {}})
+    return parse_scene({**QUICK, "output": OUTPUT, **sections, "effects": effects or {}})
 
 
 @pytest.mark.parametrize("name", CHANGES)
 @pytest.mark.parametrize("adding", [True, False], ids=["adding", "taking away"])
 def test_a_change_of_effects_makes_no_step(name: str, adding: bool) -> None:
     before, after = ({}, CHANGES[name]) if adding else (CHANGES[name], {})
-    voice = LiveVoice(scene(before), cache=CACHE)
+    voice = LiveVoice(scene(before, finger={}), cache=CACHE)
     voice.render(RATE // 20)
     first = voice.render(RATE // 10)
-    voice.apply(voice.prepare(scene(after)))
+    voice.apply(voice.prepare(scene(after, finger={})))
     crossing = np.concatenate([first[-1:], voice.render(RATE // 5)])
     steady = voice.render(RATE // 10)
     allowed = 1.02 * max(largest_step(first), largest_step(steady)) + abs(level(first) - level(steady)) / 40
@@ -81,18 +82,18 @@ def test_a_setting_of_an_effect_changes_as_any_field_does() -> None:
 def test_a_finger_that_lifts_in_a_recording_is_silence(name: str) -> None:
     effects = CHANGES.get(name, {name: {}})
     # the curve overshoots below 0 N between points, by a quarter of the last overshoot at each further point
-    points = [[i / 200, 4e-4 * i, float(np.interp(i, [0, 20, 24, 76, 80, 100], [0.3, 0.3, 0, 0, 0.3, 0.3]))]
-              for i in range(101)]  # fmt: skip
-    voice = open_voice(scene(effects, scan={"trajectory": points}, finger=SHORT))
-    block = voice.render(4000)
-    assert np.max(np.abs(block[round(0.24 * RATE) : round(0.26 * RATE)])) <= 1e-12  # the curve rounds to some nN
-    assert np.all(np.ptp(block[: round(0.08 * RATE)], axis=0) > 0.0)
-    assert np.all(np.ptp(block[round(0.44 * RATE) :], axis=0) > 0.0)
+    points = [[i / 200, 4e-4 * i, float(np.interp(i, [0, 10, 14, 46, 50, 60], [0.3, 0.3, 0, 0, 0.3, 0.3]))]
+              for i in range(61)]  # fmt: skip
+    voice = open_voice(scene(effects, scan={"trajectory": points}), cache=CACHE)
+    block = voice.render(2400)
+    assert np.max(np.abs(block[round(0.145 * RATE) : round(0.155 * RATE)])) <= 1e-12  # the curve rounds to some nN
+    assert np.all(np.ptp(block[: round(0.045 * RATE)], axis=0) > 0.0)
+    assert np.all(np.ptp(block[round(0.26 * RATE) :], axis=0) > 0.0)
 
 
 @pytest.mark.parametrize("name", ["inertia", "viscous_skin", "adhesion", "tangential"])
 def test_a_hand_that_lifts_is_exact_silence(name: str) -> None:
-    voice = open_voice(scene({name: {}}, finger=SHORT), cache=CACHE)
+    voice = open_voice(scene({name: {}}), cache=CACHE)
     load = np.concatenate([np.full(400, 0.3), 0.15 * (1 + np.cos(np.pi * np.arange(80) / 80)), np.zeros(800)])
     block = voice.render(len(load), Motion.of(len(load), speed=0.08, load=load))
     assert np.any(block[:400])
@@ -103,7 +104,7 @@ def test_a_hand_that_lifts_is_exact_silence(name: str) -> None:
 def test_a_hand_that_gives_positions_moves_a_simulation_as_one_that_gives_speeds(name: str) -> None:
     count, blocks = 200, []
     for given in ("position", "speed"):
-        voice = open_voice(scene({name: {}}, finger=SHORT), cache=CACHE)
+        voice = open_voice(scene({name: {}}), cache=CACHE)
         parts = []
         for begin in range(0, 1600, count):
             t = (begin + np.arange(count)) / RATE

@@ -10,7 +10,7 @@ from synth.contact.scene_contact import contact_of
 from tests.synth.effects.whole_renders import below
 from tests.synth.engine_cases import Real, physical
 
-RATE, FRAMES, BEGUN, REACH = 8000, 240, 80, 24
+RATE, FRAMES, BEGUN, REACH = 8000, 160, 40, 24
 POINTS, STEP = 3000, 5e-6  # m
 SPEED, LOAD = 0.08, 0.3  # m/s, N
 OWN_ERROR = 5e-4  # of the oracle, whose force is that of the contact's polyline

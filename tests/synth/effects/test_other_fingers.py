@@ -130,7 +130,8 @@ def test_an_attraction_pulls_as_brute_force_does(kind: str) -> None:
 @pytest.mark.parametrize(("finger", "said"), [({}, ": 0.5 N where"), ({"contact_width": "5 mm"}, ": 0.25 N where")])
 def test_the_plan_says_how_hard_the_whole_contact_attracts(finger: dict[str, Any], said: str) -> None:
     kind = "fingertip" if finger else "comb"
-    scene = parse_scene({"finger": {"kind": kind, "contact_length": "10 mm", **finger}, "effects": {"adhesion": {}}})
+    finger = {"kind": kind, "contact_length": "10 mm", **finger}
+    scene = parse_scene({"finger": finger, "effects": {"adhesion": {}}, "accuracy": {"tolerance": 1e-2}})
     plan = open_voice(scene).plan
     assert any(said in one.reason for one in plan.simulated if one.name == "adhesion")
 
@@ -165,7 +166,8 @@ def test_viscous_skin_is_refused_with_a_fingertip_and_renders_with_a_probe() -> 
 def test_an_attraction_over_an_area_is_that_of_the_depths_over_it(kind: str) -> None:
     """The attraction of a gap up to d0 is a difference of the mean depths at z and d0 lower."""
     finger = {"kind": kind, "contact_length": "1.5 mm"}
-    scene = scene_of("default", {"adhesion": {"stress": "20 kPa"}}, finger=finger, texture={"kind": "dots"})
+    sections: dict[str, Any] = {"finger": finger, "texture": {"kind": "dots"}, "accuracy": {"tolerance": 1e-2}}
+    scene = scene_of("default", {"adhesion": {"stress": "20 kPa"}}, **sections)
     contact: Any = contact_of(scene)
     contact = contact.halved().halved()  # as a file has
     k, area = contact.stiffness_at(LOAD), scene.finger.contact_length * contact.width_at(LOAD)

@@ -62,7 +62,8 @@ def test_a_fingertip_keeps_the_tolerance_or_says_so_up_to_a_heavy_load() -> None
 
 def test_a_table_is_refined_where_half_the_nodes_would_err_more() -> None:
     """A fingertip is smooth over the phase: its hand's table needs fewer phases than a comb's, and keeps 1e-3."""
-    tip, comb = (contact_of(parse_scene({"finger": {"kind": kind}})) for kind in ("fingertip", "comb"))
+    length = {"contact_length": "3 mm"}
+    tip, comb = (contact_of(parse_scene({"finger": {"kind": kind, **length}})) for kind in ("fingertip", "comb"))
     tables = [EnergyTable.of(contact, 0.3, 0.01, 5.0, live=True) for contact in (tip, comb)]
     phases = [table.nodes.shape[1] - 3 for table in tables]
     assert phases[0] < phases[1]

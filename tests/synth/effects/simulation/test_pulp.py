@@ -57,7 +57,7 @@ def integrated(steps: TableStepper, motion: Motion, begin: tuple[float, float], 
         force = stiffness_at(steps, load) * depth - load - spring - steps.damping * float(y[1])
         return [float(y[1]), force / steps.mass]
 
-    found = solve_ivp(rate, (0.0, times[-1]), begin, "DOP853", times, rtol=1e-10, atol=[1e-16, 1e-12], max_step=2e-5)
+    found = solve_ivp(rate, (0.0, times[-1]), begin, "DOP853", times, rtol=1e-9, atol=[1e-15, 1e-11], max_step=5e-5)
     assert found.success
     return np.asarray(found.y[0])
 

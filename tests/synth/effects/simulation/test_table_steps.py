@@ -40,8 +40,8 @@ from tests.synth.engine_cases import Real
         ("default", 1e-6, 8000, LOAD),
         thorough("default", 1e-6, 192000, LOAD),
         ("default", 1e-3, 48000, LOAD),
-        thorough("default", 1.0, 8000, LOAD),
-        ("default", 1.0, 192000, LOAD),
+        ("default", 1.0, 8000, LOAD),
+        thorough("default", 1.0, 192000, LOAD),
         thorough("default", 1e-4, 48000, 1e-2),
         thorough("default", 1e-4, 48000, 50.0),
         ("large", 1e-6, 8000, LOAD),
@@ -117,7 +117,7 @@ def test_motion_agrees_with_the_exact_contact() -> None:
     mass, damping = 1e-3, 0.3
     contact, turns, seconds, rate = table_of("default")[0], 100.0, 0.01, 384000
     stiffness = contact.stiffness_at(LOAD)
-    steps = stepper(mass, damping, tol=1e-4)
+    steps = stepper(mass, damping, tol=2e-4)
     state = steps.start(0, LOAD, turns, 1.0 / rate)
 
     def reaction(t: float, z: float) -> float:
@@ -128,7 +128,7 @@ def test_motion_agrees_with_the_exact_contact() -> None:
         return [float(y[1]), (force - damping * float(y[1])) / mass]
 
     begin, times = state.numbers[:2].tolist(), np.arange(1, round(seconds * rate) + 1) / rate
-    exact = solve_ivp(motion, (0.0, seconds), begin, "DOP853", times, rtol=1e-9, atol=1e-13).y[0]
+    exact = solve_ivp(motion, (0.0, seconds), begin, "DOP853", times, rtol=1e-7, atol=[1e-11, 1e-8]).y[0]
     z = run(steps, state, turns * times, LOAD)[HEIGHT]
     assert np.max(np.abs(z - exact)) <= 3e-4 * np.ptp(exact)
 
