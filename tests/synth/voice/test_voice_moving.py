@@ -60,7 +60,7 @@ def test_a_trajectory_follows_the_oracle_over_position_and_load() -> None:
     found = physical(open_voice(scene), frames)[:, 0]
     motion = ScanMotion(scene).at(0, frames)
     some = np.arange(0, frames, 193)
-    wanted = direct(touch_of(scene), motion.position[some], motion.samples[2, some], mean_phases=256)
+    wanted = direct(touch_of(scene), motion.position[some], motion.samples[2, some], mean_phases=96)
     assert np.max(np.abs(found[some] - wanted)) <= 1e-3 * np.ptp(wanted)
 
 
@@ -70,7 +70,7 @@ def test_a_hand_follows_the_oracle_over_position_and_load() -> None:
     motion, voice = swaying(2 * RATE // 5, RATE, 0.02, 0.004), open_voice(scene)
     found = hand_signal(voice, motion)[:, 0]
     some = np.arange(0, len(found), 59)
-    wanted = direct(touch_of(scene), motion.position[some], motion.samples[2, some], mean_phases=256)
+    wanted = direct(touch_of(scene), motion.position[some], motion.samples[2, some], mean_phases=96)
     assert np.max(np.abs(found[some] - wanted)) <= voice.plan.estimated_error["displacement"] * np.ptp(wanted)
     assert voice.plan.estimated_error["displacement"] <= 1e-2  # the band has 80 harmonics, the table 64
 
@@ -213,7 +213,7 @@ def test_a_trajectory_that_ends_heavy_sounds_full_where_it_is_light() -> None:
     motion = ScanMotion(scene).at(0, frames)
     some = np.arange(0, frames, 29)
     some = some[motion.samples[2, some] >= scene.scan.lift_load]  # the spline lifts the finger before it presses
-    wanted = direct(touch_of(scene), motion.position[some], motion.samples[2, some], mean_phases=256)
+    wanted = direct(touch_of(scene), motion.position[some], motion.samples[2, some], mean_phases=96)
     assert np.max(np.abs(found[some] - wanted)) <= 5e-3 * np.ptp(wanted)
 
 

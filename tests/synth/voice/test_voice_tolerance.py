@@ -24,7 +24,7 @@ def test_the_default_scene_keeps_its_tolerance(rate: int) -> None:
     )
 
 
-@pytest.mark.parametrize("seed", few(range(50), 4))
+@pytest.mark.parametrize("seed", few(range(50), 3))
 def test_random_scenes_keep_their_tolerance(seed: int) -> None:
     random = np.random.default_rng(1000 + seed)
     check_steady(parse_scene(random_document(random, RATES[seed % 4])), 1e-3)
@@ -76,7 +76,8 @@ def test_backwards_is_the_same_surface_the_other_way() -> None:
 
 @pytest.mark.parametrize("bandwidth", [150.0, thorough(1000.0)])
 def test_a_bandwidth_cuts_lower_and_keeps_the_tolerance_below(bandwidth: float) -> None:
-    scene = parse_scene({"output": {"channels": list(QUANTITIES), "bandwidth": bandwidth}})
+    output = {"channels": list(QUANTITIES), "bandwidth": bandwidth}
+    scene = parse_scene({"finger": {"contact_length": "3 mm"}, "output": output})
     check_steady(scene, 1e-3)
     signal = physical(open_voice(scene), 9600)[:, 2]
     lines = np.abs(fit_harmonics(signal, 48000, 100.0, 20_000.0).coefficients)
@@ -90,7 +91,7 @@ PERIOD = 0.8e-3
 SWEEP = 48000 * PERIOD / (np.floor(628 / 2.0 ** (np.arange(9) / 4.0)) + 0.4)
 
 
-@pytest.mark.parametrize("speed", SWEEP.tolist())
+@pytest.mark.parametrize("speed", few(SWEEP.tolist(), 5))
 def test_a_sweep_of_speeds_shows_no_alias(speed: float) -> None:
     frames = 9600
     for quantity in QUANTITIES:
