@@ -179,7 +179,8 @@ def test_effects_on_the_shape_and_on_the_output_work_on_a_track() -> None:
 
 
 def test_a_contact_of_many_points_keeps_its_table_and_a_few_ridges_do_not() -> None:
-    texture, wide = {"kind": "rough", "period": "20 mm"}, {"bandwidth": "4 kHz", "quantity": "displacement"}
+    texture = {"kind": "rough", "period": "20 mm"}
+    wide = {"bandwidth": "4 kHz", "quantity": "displacement", "full_scale": "50 um"}
     methods = [
         LiveVoice(
             parse_scene({"texture": texture, "finger": {"kind": kind}, "output": wide, "scan": {"stroke": {}}}),

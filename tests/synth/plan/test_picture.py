@@ -92,14 +92,14 @@ def test_the_patches_carry_the_load(name: str) -> None:
 @pytest.mark.parametrize("name", SCENES)
 def test_outside_the_patches_there_is_a_gap_and_inside_there_is_none(name: str) -> None:
     scene = parse_scene(SCENES[name])
-    made = drawn(scene, phases=12, cache=CACHE)
+    made = drawn(scene, phases=6, cache=CACHE)
     assert made.touching is not None
-    x = np.linspace(made.begin, made.begin + made.length, 40_001)
+    x = np.linspace(made.begin, made.begin + made.length, 10_001)
     rounding = 1e-12 * (scene.finger.ridge_amplitude + scene.texture.amplitude) + 1e-18
     for place, edges in enumerate(made.touching):
         assert edges == sorted(edges) and len(edges) % 2 == 0
         inside = np.searchsorted(edges, x) % 2 == 1
-        deep = overlap(scene, made, x, place / 12, float(made.approach[place]))
+        deep = overlap(scene, made, x, place / 6, float(made.approach[place]))
         far = np.min(np.abs(x[:, np.newaxis] - np.array(edges)), axis=1) > 1e-9 * made.length
         assert np.all(deep[inside & far] > -rounding)
         assert np.all(deep[~inside & far] < rounding)
@@ -155,11 +155,11 @@ def test_what_is_told_adds_up_to_the_overlap(name: str) -> None:
     count = len(finger["heights"])
     x = finger["begin"] + finger["length"] * np.arange(count) / (count - 1)
     places = texture["period"] * np.arange(len(texture["heights"])) / len(texture["heights"])
+    made = drawn(scene, phases=5, cache=CACHE)
     for place, z in enumerate(response["heights"]):
         moved = x - place / 5 * texture["period"]
         under = np.interp(moved, places, texture["heights"], period=texture["period"])
         shown = under + np.array(finger["heights"]) - z
-        made = drawn(scene, phases=5, cache=CACHE)
         scale = scene.texture.amplitude + scene.finger.ridge_amplitude
         assert shown == pytest.approx(overlap(scene, made, x, place / 5, z), abs=1e-6 * scale)
 
