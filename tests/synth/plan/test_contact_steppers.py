@@ -14,8 +14,9 @@ from synth.plan.preparation import prepare
 from synth.plan.usual_hand import prepare_hand
 from synth.scene.scene import parse_scene
 
-TIP: dict[str, Any] = {"finger": {"kind": "fingertip"}, "effects": {"inertia": {}}}
-SCENES: dict[str, dict[str, Any]] = {"comb": {"effects": {"inertia": {}}}, "fingertip": TIP}
+COMB: dict[str, Any] = {"finger": {"contact_length": "3 mm"}, "effects": {"inertia": {}}}
+TIP: dict[str, Any] = {"finger": {"kind": "fingertip", "contact_length": "4 mm"}, "effects": {"inertia": {}}}
+SCENES = {"comb": COMB, "fingertip": TIP}
 THETA = np.arange(512) / 512
 
 

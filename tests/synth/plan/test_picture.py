@@ -83,8 +83,8 @@ def carried(scene: Scene, made: SimpleNamespace, place: int) -> float:
 @pytest.mark.parametrize("name", SCENES)
 def test_the_patches_carry_the_load(name: str) -> None:
     scene = parse_scene(SCENES[name])
-    made = drawn(scene, phases=24, cache=CACHE)
-    for place in range(24):
+    made = drawn(scene, phases=12, cache=CACHE)
+    for place in range(12):
         allowed = 1e-4 if scene.effects else 1e-7  # a round or a growing finger is solved on segments
         assert carried(scene, made, place) == pytest.approx(scene.scan.load, rel=allowed), place
 

@@ -126,7 +126,8 @@ def test_what_a_slider_passes_through_is_not_kept(tmp_path: Path, change: dict[s
 
 
 def test_a_texture_over_an_area_is_found_again_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    dots = {"finger": {"kind": "fingertip"}, "texture": {"kind": "golf-ball-dimples"}}
+    narrow = {"sample_rate": 8000, "bandwidth": 300}  # quick to solve
+    dots = {"finger": {"kind": "fingertip"}, "texture": {"kind": "golf-ball-dimples"}, "output": narrow}
     sound = stroked(opened(tmp_path, dots))
     kept = "two series, error of cells, spread of points, peaks, plan; the table"
     assert endings(tmp_path) == {".json": 6, ".npz": 1}, kept

@@ -43,7 +43,7 @@ CASES = [
     ("fingertip", "steps"),
     ("fingertip", "constant across"),
     ("comb", "dots"),
-    ("smooth", "self-affine"),
+    thorough("smooth", "self-affine"),
 ]
 
 

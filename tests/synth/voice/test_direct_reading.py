@@ -247,6 +247,7 @@ def sampled(length: float, ends: str) -> dict[str, Any]:
     return {"kind": "profile", "surface": address, "ends": ends, "phase": 0.0}
 
 
+STIFF = {"stiffness": 1e4, "contact_length": "3 mm"}  # eqs 4-5 take the rms of heights, which chords lower
 SINUSOID = {"period": WAVE_PERIOD, "amplitude": 20e-6, "phase": 0.0}
 AS_SAMPLED = pytest.mark.parametrize(("length", "ends"), [(2.4e-3, "join"), thorough(0.24, "join"), (0.24, "mirror")])
 
@@ -256,8 +257,7 @@ def filed(length: float = 0.0, ends: str = "") -> rw.Sound:
     """Return a file over a sampled sinusoid, or over the sinusoid."""
     output = {"channels": CHANNELS[:3], "duration": 0.4, "sample_rate": 8000}  # 15 periods
     texture = sampled(length, ends) if ends else SINUSOID
-    stiff = {"stiffness": 1e4}  # eqs 4-5 take the rms of heights, which chords lower
-    return rw.render({"finger": stiff, "texture": texture, "scan": {"speed": 0.03}, "output": output})
+    return rw.render({"finger": STIFF, "texture": texture, "scan": {"speed": 0.03}, "output": output})
 
 
 @AS_SAMPLED
@@ -276,7 +276,7 @@ def touched(length: float = 0.0, ends: str = "") -> tuple[Real, Real]:
     """Return what a hand feels in the band on a sampled sinusoid, or on the sinusoid, and the errors that are told."""
     output = {"channels": CHANNELS[:3], "full_scale": None}
     texture = sampled(length, ends) if ends else SINUSOID
-    scene = {"finger": {"stiffness": 1e4}, "texture": texture, "scan": {"speed": 0.03}, "output": output}
+    scene = {"finger": STIFF, "texture": texture, "scan": {"speed": 0.03}, "output": output}
     voice = open_voice(scene, live=True, cache=CACHE)
     t = np.arange(-2000, 4800 + voice.late) / RATE
     place = 0.8e-3 * np.sin(2.0 * math.pi * 10.0 * t)

@@ -39,7 +39,7 @@ SCENES: dict[str, dict[str, Any]] = {
 def document_of(name: str) -> dict[str, Any]:
     scene = SCENES[name]
     output = {"sample_rate": RATE, "bandwidth": 800} | scene.get("output", {})
-    return {"finger": {"contact_length": "2.5 mm"}} | scene | {"output": output}  # few ridges: quick to solve
+    return {"finger": {"contact_length": "1.5 mm"}} | scene | {"output": output}  # few ridges: quick to solve
 
 
 def session(scene: dict[str, Any], seed: int, cache: ResponseCache | None = None) -> tuple[Block, dict[str, Any]]:

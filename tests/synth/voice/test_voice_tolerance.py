@@ -30,8 +30,10 @@ def test_random_scenes_keep_their_tolerance(seed: int) -> None:
     check_steady(parse_scene(random_document(random, RATES[seed % 4])), 1e-3)
 
 
-@pytest.mark.parametrize("below", [0.03, 0.003])
-@pytest.mark.parametrize("seed", few((13, 35, *range(6)), 2))
+@pytest.mark.parametrize(
+    ("seed", "below"),
+    [(13, 0.003), (5, 0.03), thorough(13, 0.03), *(thorough(seed, 0.003) for seed in (35, *range(6)))],
+)
 def test_a_scan_just_below_full_contact_keeps_its_tolerance(seed: int, below: float) -> None:
     """Two valleys part for a short time only, between the phases of a series that seems to have converged."""
     document = random_document(np.random.default_rng(5000 + seed), 48000)
