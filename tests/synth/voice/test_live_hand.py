@@ -226,7 +226,7 @@ for scene in json.loads(sys.argv[1]):
     if os.wait()[1]:
         sys.exit("a scene cannot be played")
 """
-SMALL = {"contact_length": "2 mm"}
+SMALL = {"contact_length": "1 mm"}
 SCENES: dict[str, dict[str, Any]] = {
     "response": {},
     "stroke": {"scan": {"stroke": {}}, "output": {"channels": ["displacement", "velocity"]}},
