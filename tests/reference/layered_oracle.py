@@ -27,28 +27,37 @@ def points_of(grid: Any) -> tuple[Real, Real, Real, Real]:
     return x, y, heights, shares
 
 
+class BruteForce:
+    """Every point of the finger of an `AreaGrid`, at any place."""
+
+    def __init__(self, grid: Any) -> None:
+        rows, self.finer_x, finer_y, _stride, span = (int(one) for one in grid.texture.shape)
+        cells = grid.texture.heights.reshape(finer_y, self.finer_x, rows, span)
+        self.texture = cells.transpose(2, 0, 3, 1).reshape(rows * finer_y, -1)
+        self.grid, self.points = grid, points_of(grid)
+
+    def heights(self, phase: float, across: float) -> tuple[Real, Real]:
+        """Return h1 + h2 (m) and the share of every point, where the finger has moved by `phase` and `across`."""
+        (x, y, h1, shares), texture = self.points, self.texture
+        x, y = (x - phase) % 1.0 * self.grid.texture.columns * self.finer_x, (y - across) % 1.0 * len(texture)
+        i, j = np.floor(x).astype(int) + COLUMNS_BEFORE * self.finer_x, np.floor(y).astype(int) % len(texture)
+        u, v, after = x - np.floor(x), y - np.floor(y), (j + 1) % len(texture)
+        lower = (1.0 - u) * texture[j, i] + u * texture[j, i + 1]
+        upper = (1.0 - u) * texture[after, i] + u * texture[after, i + 1]
+        return np.asarray((h1 + (1.0 - v) * lower + v * upper) * self.grid.height_scale), shares
+
+    def approach(self, phase: float, across: float, indentation: float) -> float:
+        """Return z (m): the mean of max(h - z, 0) over A0 is `indentation` (m)."""
+        h, shares = self.heights(phase, across)
+        order = np.argsort(-h)
+        h, shares = h[order], shares[order]
+        levels = (np.cumsum(shares * h) - 4.0 * indentation / self.grid.cell) / np.cumsum(shares)
+        return float(levels.max())  # with n points above z; too many or too few give a lower level
+
+
 def heights_at(grid: Any, phase: float, across: float) -> tuple[Real, Real]:
     """Return h1 + h2 (m) and the share of every point, where the finger has moved by `phase` and `across` (periods)."""
-    rows, finer_x, finer_y, _stride, span = (int(one) for one in grid.texture.shape)
-    texture = (
-        grid.texture.heights.reshape(finer_y, finer_x, rows, span).transpose(2, 0, 3, 1).reshape(rows * finer_y, -1)
-    )
-    x, y, h1, shares = points_of(grid)
-    x, y = (x - phase) % 1.0 * grid.texture.columns * finer_x, (y - across) % 1.0 * rows * finer_y
-    i, j = np.floor(x).astype(int) + COLUMNS_BEFORE * finer_x, np.floor(y).astype(int) % len(texture)
-    u, v, after = x - np.floor(x), y - np.floor(y), (j + 1) % len(texture)
-    lower = (1.0 - u) * texture[j, i] + u * texture[j, i + 1]
-    upper = (1.0 - u) * texture[after, i] + u * texture[after, i + 1]
-    return np.asarray((h1 + (1.0 - v) * lower + v * upper) * grid.height_scale), shares
-
-
-def approach(grid: Any, phase: float, across: float, indentation: float) -> float:
-    """Return z (m): the mean of max(h - z, 0) over A0 is `indentation` (m)."""
-    h, shares = heights_at(grid, phase, across)
-    order = np.argsort(-h)
-    h, shares = h[order], shares[order]
-    levels = (np.cumsum(shares * h) - 4.0 * indentation / grid.cell) / np.cumsum(shares)
-    return float(levels.max())  # with n points above z; too many or too few give a lower level
+    return BruteForce(grid).heights(phase, across)
 
 
 def cubic(t: float) -> Real:

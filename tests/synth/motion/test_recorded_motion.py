@@ -14,7 +14,7 @@ from synth.scene.scene import Scene
 from tests.synth.engine_cases import scene_of
 from tests.synth.voice.recorded_cases import Points, random_recording, steady
 
-RECORDINGS = 500
+RECORDINGS = 200
 STEP = [[0, 0, 0.3], [0.1, 0.008, 0.3], [0.101, 0.00808, 3.0], [0.2, 0.016, 3.0]]
 
 

@@ -126,7 +126,7 @@ def _assert_derivatives(rows: Real) -> None:
 
 
 @given(updates(), st.booleans(), st.lists(st.integers(1, 700), min_size=1, max_size=6))
-@settings(max_examples=100, deadline=None, derandomize=True)
+@settings(max_examples=50, deadline=None, derandomize=True)
 def test_blocks_of_any_size_give_the_same_bits(events: list[Event], rising: bool, sizes: list[int]) -> None:
     events = in_order(events) if rising else events
     events = [*events, (900, None)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -13,25 +14,25 @@ from synth.plan.preparation import prepare
 from synth.plan.usual_hand import prepare_hand
 from synth.scene.scene import parse_scene
 
-PULP: dict[str, Any] = {"effects": {"inertia": {}}}
-TIP: dict[str, Any] = {"finger": {"kind": "fingertip"}, **PULP}
+COMB: dict[str, Any] = {"finger": {"contact_length": "3 mm"}, "effects": {"inertia": {}}}
+TIP: dict[str, Any] = {"finger": {"kind": "fingertip", "contact_length": "4 mm"}, "effects": {"inertia": {}}}
+SCENES = {"comb": COMB, "fingertip": TIP}
 THETA = np.arange(512) / 512
 
 
-def of_hand(document: dict[str, Any]) -> Simulation:
+@cache
+def of_hand(name: str) -> Simulation:
     """Return the simulation of a scene that follows a hand."""
-    effects = prepare_hand(parse_scene(document), (None,)).effects
+    effects = prepare_hand(parse_scene(SCENES[name]), (None,)).effects
     assert effects is not None and effects.simulation is not None
     return effects.simulation.simulation
 
 
-@pytest.mark.parametrize("document", [PULP, TIP])
+@pytest.mark.parametrize("finger", SCENES)
 @pytest.mark.parametrize("load", [1e-3, 0.07, 0.3, 2.0, 9.0, 300.0])
-def test_the_mean_of_a_hand_is_that_of_the_simulated_contact_at_every_load(
-    document: dict[str, Any], load: float
-) -> None:
+def test_the_mean_of_a_hand_is_that_of_the_simulated_contact_at_every_load(finger: str, load: float) -> None:
     """Also above the loads of the table, where the contact goes on as a straight line."""
-    simulation = of_hand(document)
+    simulation = of_hand(finger)
     stepper = simulation.stepper
     assert isinstance(stepper, TableStepper)
     z = stepper.heights(THETA, load)
@@ -40,7 +41,7 @@ def test_the_mean_of_a_hand_is_that_of_the_simulated_contact_at_every_load(
 
 
 def test_below_the_lift_load_the_mean_stays() -> None:
-    simulation = of_hand(TIP)
+    simulation = of_hand("fingertip")
     lift = simulation.scene.scan.lift_load
     means = simulation.reference(np.cbrt([0.0, 0.5 * lift, lift]))
     assert means[0] == means[1] == means[2]
@@ -49,7 +50,7 @@ def test_below_the_lift_load_the_mean_stays() -> None:
 @pytest.mark.parametrize("load", [0.05, 0.3, 2.0])
 def test_the_still_heights_of_a_hand_are_those_of_the_contact_within_the_error_of_the_table(load: float) -> None:
     solved = prepare_hand(parse_scene(TIP), (None,))
-    stepper = of_hand(TIP).stepper
+    stepper = of_hand("fingertip").stepper
     assert isinstance(stepper, TableStepper) and solved.contact is not None
     exact, _slope = solved.contact.approach(THETA, load)
     assert np.max(np.abs(stepper.heights(THETA, load) - exact)) <= stepper.table.error * stepper.table.motion

@@ -51,7 +51,7 @@ def test_a_harmonic_on_the_limit_is_not_below_it() -> None:
     ],
 )
 def test_harmonics_of_a_scene(sections: dict[str, Any], harmonics: int) -> None:
-    assert prepare(scene_of(**sections)).highest == harmonics
+    assert prepare(scene_of(finger=SHORT, **sections)).highest == harmonics
 
 
 def test_full_scales_are_08_of_the_peak_of_the_oracle() -> None:
@@ -161,12 +161,12 @@ def peaks(scene: Scene) -> Real:
 
 def test_a_recording_is_scaled_by_its_loudest_place_and_not_by_its_largest_load() -> None:
     """Such a scene once peaked at 76 in a float file: at 1 N the texture hardly moves the finger."""
-    scene = scene_of(finger=SHORT, scan={"trajectory": GETS_LOUDER}, output={"duration": 0.33})
+    scene = scene_of(finger=SHORT, scan={"trajectory": GETS_LOUDER}, output={"duration": 0.33, "sample_rate": 8000})
     assert peaks(scene) == pytest.approx([0.8], rel=0.02)
 
 
 @pytest.mark.parametrize(
-    "seeds", [range(3), pytest.param(range(3, 100), marks=pytest.mark.thorough)], ids=["some", "all"]
+    "seeds", [range(2), pytest.param(range(2, 100), marks=pytest.mark.thorough)], ids=["some", "all"]
 )
 def test_recordings_peak_at_four_fifths(seeds: range) -> None:
     for seed in seeds:

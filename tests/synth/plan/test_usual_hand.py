@@ -27,7 +27,7 @@ def hand_on(waves: int, monkeypatch: pytest.MonkeyPatch) -> tuple[float | None, 
 
     monkeypatch.setattr(usual_hand, "solve_spectrum", counted)
     texture = {"kind": "profile", "heights": waves * WAVE, "spacing": "20 um"}
-    scene = parse_scene({"texture": texture, "scan": {"speed": 0, "load": 0}})
+    scene = parse_scene({"finger": {"contact_length": "3 mm"}, "texture": texture, "scan": {"speed": 0, "load": 0}})
     cache = ResponseCache()
     (channel,) = with_hand_scale(prepare_hand(scene, (None,), cache), cache).channels
     return channel.full_scale, max(phases)

@@ -39,9 +39,11 @@ def read(curve: SeriesCurve, frames: int, gain: float = 1.0) -> Real:
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 17, 512, 4096])
 def test_what_is_read_is_the_series_to_float32(count: int, fall: float) -> None:
     harmonics = series(count, fall)
-    theta = np.array([(PHASE + frame * STEP) % 2**64 / 2**64 for frame in range(FRAMES)])
+    every = max(1, count // 256)  # of the frames, since each takes a sum over all harmonics
+    theta = np.array([(PHASE + frame * STEP) % 2**64 / 2**64 for frame in range(0, FRAMES, every)])
     wanted = summed(harmonics, theta)
-    assert np.max(np.abs(read(SeriesCurve(harmonics), FRAMES) - wanted)) <= 1.1 * ROUNDING * np.max(np.abs(wanted))
+    found = read(SeriesCurve(harmonics), FRAMES)[::every]
+    assert np.max(np.abs(found - wanted)) <= 1.1 * ROUNDING * np.max(np.abs(wanted))
 
 
 @pytest.mark.parametrize("count", [1, 8, 64])

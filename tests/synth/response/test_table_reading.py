@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from synth.contact.scene_contact import contact_of
 from synth.response.mip_levels import WIDTH, MipLevels
@@ -113,8 +114,9 @@ def test_a_changing_load_counts_with_all_of_its_terms() -> None:
     load = 0.3 + 0.1 * np.sin(2 * np.pi * 25.0 * t)
     speed = np.full(frames, 0.32)
     places, motion = moves(speed, load, frames)
-    contact, series = contact_of(scene), np.arange(128) / 128
-    harmonics = np.array([np.fft.rfft(contact.approach(series, float(one))[0]) / 128 for one in load])
+    contact, series, known = contact_of(scene), np.arange(128) / 128, np.linspace(0.2, 0.4, 101)
+    solved = np.array([np.fft.rfft(contact.approach(series, float(one))[0]) / 128 for one in known])
+    harmonics = CubicSpline(known, solved)(load)
     highest = 2  # at 0.32 m/s the fundamental is at 400 Hz
     turns = 2.0 * np.pi * np.arange(1, highest + 1) * (np.cumsum(speed) - speed[0])[:, np.newaxis] / RATE / 0.0008
     z = 2.0 * np.real(np.sum(harmonics[:, 1 : highest + 1] * np.exp(1j * turns), axis=1))
@@ -146,7 +148,7 @@ def test_a_filter_errs_little_and_looks_ahead_a_third_of_a_millisecond(quantity:
 def test_gains_of_levels_are_one_in_the_band_and_zero_above_it(harmonics: int) -> None:
     levels = MipLevels.up_to(harmonics)
     n = np.arange(1, harmonics + 1)
-    for turns in np.geomspace(1e-3, 3.0, 2000):
+    for turns in np.geomspace(1e-3, 3.0, 300):
         gains = levels.gains(float(turns))
         assert np.all(gains[n * turns <= 1.0] == pytest.approx(1.0))
         assert np.all(gains[n * turns >= WIDTH] == 0.0)

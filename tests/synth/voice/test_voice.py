@@ -159,16 +159,18 @@ def sampled(scene: Scene) -> Real:
     return np.concatenate(list(blocks(open_voice(scene)))).astype(float)
 
 
-def approach_along(scene: Scene) -> Real:
-    """Return z (m) along the scan of `scene`."""
+def approach_along(scene: Scene, frames: Any) -> Real:
+    """Return z (m) along the scan of `scene` at some of its first 9,600 frames."""
     motion = ScanMotion(scene).at(0, 9600)
-    return np.asarray(contact_of(scene).heights(motion.position / scene.texture.period, motion.samples[LOAD]))
+    turns, loads = motion.position / scene.texture.period, motion.samples[LOAD]
+    return np.asarray(contact_of(scene).heights(turns[frames], loads[frames]))
 
 
 @pytest.mark.parametrize("scan", [{}, {"stroke": {"length": "5 mm"}}, {"trajectory": PRESSING}], ids=str)
 def test_the_approach_is_z(scan: dict[str, Any]) -> None:
     asked = approaching(48000, scan=scan)
-    found, wanted = sampled(asked)[:, 0], approach_along(asked)
+    some = np.arange(0, 9600, 7)
+    found, wanted = sampled(asked)[some, 0], approach_along(asked, some)
     assert np.max(np.abs(found - wanted)) <= 2e-3 * 2e-6  # of the peak-to-peak: the band cuts little
 
 

@@ -10,7 +10,6 @@ import pytest
 from synth.motion.motion import Motion
 from synth.motion.scan_motion import ScanMotion
 from synth.response.mip_levels import MipLevels
-from synth.response.response_cache import ResponseCache
 from synth.scene.scene import parse_scene
 from synth.voice.voice import Voice, open_voice
 from tests.few import few, paired
@@ -60,7 +59,7 @@ def test_a_trajectory_follows_the_oracle_over_position_and_load() -> None:
     found = physical(open_voice(scene), frames)[:, 0]
     motion = ScanMotion(scene).at(0, frames)
     some = np.arange(0, frames, 193)
-    wanted = direct(touch_of(scene), motion.position[some], motion.samples[2, some], mean_phases=256)
+    wanted = direct(touch_of(scene), motion.position[some], motion.samples[2, some], mean_phases=96)
     assert np.max(np.abs(found[some] - wanted)) <= 1e-3 * np.ptp(wanted)
 
 
@@ -70,7 +69,7 @@ def test_a_hand_follows_the_oracle_over_position_and_load() -> None:
     motion, voice = swaying(2 * RATE // 5, RATE, 0.02, 0.004), open_voice(scene)
     found = hand_signal(voice, motion)[:, 0]
     some = np.arange(0, len(found), 59)
-    wanted = direct(touch_of(scene), motion.position[some], motion.samples[2, some], mean_phases=256)
+    wanted = direct(touch_of(scene), motion.position[some], motion.samples[2, some], mean_phases=96)
     assert np.max(np.abs(found[some] - wanted)) <= voice.plan.estimated_error["displacement"] * np.ptp(wanted)
     assert voice.plan.estimated_error["displacement"] <= 1e-2  # the band has 80 harmonics, the table 64
 
@@ -128,15 +127,14 @@ def test_level_changes_make_no_step(quantity: str) -> None:
     growth = np.log(fast / slow)
     speed = slow * np.exp(growth * t)
     chirp = Motion.of(frames, speed=speed, speed_rate=growth * speed, load=0.3, load_rate=0.0, load_bend=0.0)
-    cache = ResponseCache()
-    signal = hand_signal(open_voice(scene, cache=cache), chirp)[:, 0]
+    signal = hand_signal(open_voice(scene), chirp)[:, 0]
     steps, speed = np.abs(np.diff(signal)), speed[: len(signal)]
     # the largest possible step of such harmonics at each speed, from even motion
     for u in np.geomspace(0.03, 3.0, 7):
         here = np.abs(speed[:-1] / u - 1.0) < 0.1
         largest = 0.0
         for factor in (0.9, 0.95, 1.0, 1.05, 1.1):
-            evenly = even_signal(open_voice(scene, cache=cache), 1500, u * factor, 0.3)
+            evenly = even_signal(open_voice(scene), 1500, u * factor, 0.3)
             largest = max(largest, float(np.max(np.abs(np.diff(evenly)))))
         assert np.max(steps[here]) <= 1.1 * largest + 1e-3 * np.max(np.abs(signal)) / 8
 
@@ -213,7 +211,7 @@ def test_a_trajectory_that_ends_heavy_sounds_full_where_it_is_light() -> None:
     motion = ScanMotion(scene).at(0, frames)
     some = np.arange(0, frames, 29)
     some = some[motion.samples[2, some] >= scene.scan.lift_load]  # the spline lifts the finger before it presses
-    wanted = direct(touch_of(scene), motion.position[some], motion.samples[2, some], mean_phases=256)
+    wanted = direct(touch_of(scene), motion.position[some], motion.samples[2, some], mean_phases=96)
     assert np.max(np.abs(found[some] - wanted)) <= 5e-3 * np.ptp(wanted)
 
 

@@ -24,14 +24,16 @@ def test_the_default_scene_keeps_its_tolerance(rate: int) -> None:
     )
 
 
-@pytest.mark.parametrize("seed", few(range(50), 4))
+@pytest.mark.parametrize("seed", few(range(50), 2))
 def test_random_scenes_keep_their_tolerance(seed: int) -> None:
     random = np.random.default_rng(1000 + seed)
     check_steady(parse_scene(random_document(random, RATES[seed % 4])), 1e-3)
 
 
-@pytest.mark.parametrize("below", [0.03, 0.003])
-@pytest.mark.parametrize("seed", few((13, 35, *range(6)), 2))
+@pytest.mark.parametrize(
+    ("seed", "below"),
+    [(13, 0.003), (5, 0.03), thorough(13, 0.03), *(thorough(seed, 0.003) for seed in (35, *range(6)))],
+)
 def test_a_scan_just_below_full_contact_keeps_its_tolerance(seed: int, below: float) -> None:
     """Two valleys part for a short time only, between the phases of a series that seems to have converged."""
     document = random_document(np.random.default_rng(5000 + seed), 48000)
@@ -76,7 +78,8 @@ def test_backwards_is_the_same_surface_the_other_way() -> None:
 
 @pytest.mark.parametrize("bandwidth", [150.0, thorough(1000.0)])
 def test_a_bandwidth_cuts_lower_and_keeps_the_tolerance_below(bandwidth: float) -> None:
-    scene = parse_scene({"output": {"channels": list(QUANTITIES), "bandwidth": bandwidth}})
+    output = {"channels": list(QUANTITIES), "bandwidth": bandwidth}
+    scene = parse_scene({"finger": {"contact_length": "3 mm"}, "output": output})
     check_steady(scene, 1e-3)
     signal = physical(open_voice(scene), 9600)[:, 2]
     lines = np.abs(fit_harmonics(signal, 48000, 100.0, 20_000.0).coefficients)
@@ -90,7 +93,7 @@ PERIOD = 0.8e-3
 SWEEP = 48000 * PERIOD / (np.floor(628 / 2.0 ** (np.arange(9) / 4.0)) + 0.4)
 
 
-@pytest.mark.parametrize("speed", SWEEP.tolist())
+@pytest.mark.parametrize("speed", few(SWEEP.tolist(), 5))
 def test_a_sweep_of_speeds_shows_no_alias(speed: float) -> None:
     frames = 9600
     for quantity in QUANTITIES:
