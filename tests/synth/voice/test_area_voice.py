@@ -52,7 +52,7 @@ def differing(one: Any, other: Any) -> Any:
 
 
 def test_a_line_along_x_is_the_scan_that_it_was() -> None:
-    assert np.all(differing(exact(heading=1e-12), exact()) < 3e-3)
+    assert np.all(differing(exact(heading=1e-12, y="0.4 mm"), exact(y="0.4 mm")) < 3e-3)
 
 
 def test_a_line_across_on_square_dots_under_a_turned_finger_is_the_line_along() -> None:
