@@ -23,7 +23,7 @@ from tests.synth.hard.ranges import COMBINED, FIELDS, OF_ONE_KIND, Field, inside
 
 BASE: dict[str, Any] = {
     "finger": {"contact_length": 5e-4},
-    "output": {**ALL, "bandwidth": 1000.0},
+    "output": {**ALL, "bandwidth": 1000.0, "sample_rate": 8000},
     "accuracy": {"tolerance": 1e-2},
 }
 """One ridge, few harmonics, and a wide tolerance, where a pair does not ask for others: a scene takes milliseconds."""
@@ -120,7 +120,7 @@ def test_a_field_at_either_end(field: Field) -> None:
 @pytest.mark.parametrize(("field", "tolerance"), paired(FIELDS, ["exact", "imperceptible"]))
 def test_a_field_at_either_end_where_the_tolerance_is_named(field: Field, tolerance: str) -> None:
     narrow = {
-        "output": {"bandwidth": 10.5, "sample_rate": 8000},
+        "output": {"bandwidth": 10.5},
         "accuracy": {"tolerance": tolerance},
     }  # one harmonic at 10 Hz
     coarse = {"finger": {"ridge_period": 5e-3}, "texture": {"period": 8e-3}}
