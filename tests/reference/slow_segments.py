@@ -51,16 +51,11 @@ def _level(x: Array, h: Array, indentation: float) -> float:
 
 
 def _mean_above(x: Array, y: Array) -> float:
-    total = 0.0
-    for width, p, q in zip(np.diff(x), y[:-1], y[1:], strict=True):
-        if p <= 0.0 and q <= 0.0:
-            continue
-        if p >= 0.0 and q >= 0.0:
-            total += 0.5 * width * (p + q)
-        else:
-            top = max(p, q)
-            total += 0.5 * width * top * top / abs(p - q)
-    return total / float(x[-1] - x[0])
+    p, q = y[:-1], y[1:]
+    crosses = (p > 0.0) != (q > 0.0)
+    top, drop = np.maximum(np.maximum(p, q), 0.0), np.where(crosses, np.abs(p - q), 1.0)
+    above = np.where(crosses, top * top / drop, np.maximum(p, 0.0) + np.maximum(q, 0.0))
+    return float(0.5 * np.sum(np.diff(x) * above) / (x[-1] - x[0]))
 
 
 def heights_by_quadrature(geometry: Any, phases: Array, indentation: float, points: int = POINTS) -> Array:

@@ -30,7 +30,7 @@ SAMPLES_PER_HARMONIC = 256
 #: Points per shortest period in the search for peaks; the peak-to-peak is then low by 0.03 % at most.
 PEAK_OVERSAMPLING = 128
 #: The coefficients' tolerance, relative to a1 + a2: first, factor from round to round, and last.
-FIRST_TOLERANCE, TIGHTEN, LAST_TOLERANCE = 1e-8, 1 / 30, 3e-16
+FIRST_TOLERANCE, TIGHTEN, LAST_TOLERANCE = 1e-6, 1 / 30, 3e-16
 #: Loads beyond which ``direct`` interpolates the mean over a period instead of solving it at each.
 MEANS_SOLVED = 160
 

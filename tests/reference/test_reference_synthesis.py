@@ -73,7 +73,7 @@ def test_harmonics_agree_with_brute_force() -> None:
 
 def test_the_stated_error_holds_against_a_closer_synthesis() -> None:
     rough = synthesise(DEFAULT, SPEED, 19200.0, relative_error=1e-4)
-    fine = synthesise(DEFAULT, SPEED, 19200.0, relative_error=1e-9)
+    fine = synthesise(DEFAULT, SPEED, 19200.0, relative_error=1e-8)
     theta = np.arange(8192) / 8192
     for quantity in ORDERS:
         difference = np.max(np.abs(rough.at_phase(quantity, theta) - fine.at_phase(quantity, theta)))
@@ -82,7 +82,7 @@ def test_the_stated_error_holds_against_a_closer_synthesis() -> None:
 
 def test_many_harmonics_approach_the_motion_itself() -> None:
     frames, rate = np.arange(500), 8000.0
-    spectrum = synthesise(DEFAULT, 0.002, 1e9, n_max=4096)
+    spectrum = synthesise(DEFAULT, 0.002, 1e9, n_max=512)
     motion = direct(DEFAULT, 0.002 * frames / rate, DEFAULT.load)
     assert np.max(np.abs(spectrum.signal("displacement", frames, rate) - motion)) < 1e-5 * np.ptp(motion)
     slope = np.asarray(contact_in_metres(DEFAULT, 0.3, dtype=np.float64).phase_slope, dtype=float)

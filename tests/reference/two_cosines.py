@@ -68,6 +68,11 @@ class Profiles:
         return np.asarray(two_pi(self.length.dtype) * (self.ridge + self.texture / self.period))
 
     @property
+    def most_curved(self) -> Floats:
+        """Bound of |d2h/dX2|; shape [rows]."""
+        return np.asarray(two_pi(self.length.dtype) ** 2 * (self.ridge + self.texture / self.period**2))
+
+    @property
     def jerk(self) -> Floats:
         """Bound of |d3h/dX3|; shape [rows]. Equal periods give one cosine, which may be nearly zero."""
         half_turn = two_pi(self.length.dtype) / 2

@@ -54,7 +54,7 @@ ORACLE = 4e-4  # error of the oracle's quadrature, relative to the peak-to-peak
 @pytest.fixture(autouse=True)
 def few_repeats(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("synth.accuracy.report.REPEATS", FEW)
-    monkeypatch.setattr("synth.accuracy.report.PATIENCE", 1.2)
+    monkeypatch.setattr("synth.accuracy.report.PATIENCE", 0.55)
     for module in ("report", "methods"):  # so that other work on the machine is not counted
         monkeypatch.setattr(f"synth.accuracy.{module}.perf_counter", thread_time)
 
@@ -62,7 +62,7 @@ def few_repeats(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def short_patience(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave the slow methods out."""
-    monkeypatch.setattr("synth.accuracy.report.PATIENCE", 0.1)
+    monkeypatch.setattr("synth.accuracy.report.PATIENCE", 0.03)
 
 
 def scene_of_kind(kind: str) -> Any:

@@ -16,7 +16,7 @@ from synth.response.response_cache import ResponseCache
 from synth.response.spectrum import Demand, curves, harmonics_of, points_for, solve_spectrum
 from synth.response.table_error import QUANTITIES
 from synth.scene.scene import Scene, parse_scene
-from tests.few import paired, thorough
+from tests.few import thorough
 
 SCENES: dict[str, tuple[dict[str, Any], float, float]] = {
     "lattice": ({"period": "1.7 mm", "row_distance": "1.3 mm", "dot_diameter": "0.7 mm"}, 0.0, 0.4),
@@ -66,7 +66,15 @@ def check_series(scene: Scene, load: float, tolerance: float, smallest: float) -
         assert told <= tolerance
 
 
-@pytest.mark.parametrize(("kind", "name"), paired(MOST, SCENES))
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        ("fingertip", "lattice"),
+        ("comb", "turned"),
+        *(thorough(*pair) for pair in [("fingertip", "turned"), ("comb", "lattice")]),
+        *(thorough(kind, "dimples") for kind in MOST),
+    ],
+)
 def test_a_file_keeps_its_tolerance_and_its_told_error(kind: str, name: str) -> None:
     check_series(*scene_of(kind, name), 1e-2, 0.125)
 
@@ -105,7 +113,7 @@ def test_a_file_along_a_path_tells_the_error_of_its_cells(length: str, dots: dic
 
 
 @pytest.mark.parametrize("kind", MOST)
-@pytest.mark.parametrize("seed", [20, *(thorough(seed) for seed in range(8))])
+@pytest.mark.parametrize("seed", [2, *(thorough(seed) for seed in (0, 1, 3, 4, 5, 6, 7, 20))])
 def test_a_stream_along_a_line_tells_the_error_of_its_cells(kind: str, seed: int) -> None:
     """Its cells are those of a hand, which are larger than those of a file at its tolerance."""
     scene, load = random_scene(kind, seed)

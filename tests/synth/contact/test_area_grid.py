@@ -177,7 +177,7 @@ def test_dots_render_to_a_file_live_and_to_a_table(finger: dict[str, Any]) -> No
     assert sound.values.any() and np.isfinite(sound.values).all()
     contact: Any = contact_of(parse_scene(scene))
     contact = contact.halved().halved()  # as the file has
-    count, turns = 4096, 80.0
+    count, turns = 1024, 80.0
     series = np.fft.rfft(contact.approach(np.arange(count) / count, 0.3)[0])[: math.ceil(1000.0 / turns)] / count
     n = np.arange(1, len(series))
     times = np.arange(len(sound.values)) / 8000

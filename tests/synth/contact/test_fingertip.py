@@ -218,10 +218,11 @@ def test_hard_fingertips_render_or_say_what_to_write() -> None:
 
 
 def test_no_load_is_silence_and_a_stroke_that_lifts_ends_in_zeros() -> None:
-    values = rw.render({"finger": FINGERTIP, "scan": {"load": 0.0}, "output": {"duration": 0.05}}).values
+    finger = {**FINGERTIP, "contact_length": "4 mm"}
+    values = rw.render({"finger": finger, "scan": {"load": 0.0}, "output": {"duration": 0.05}}).values
     assert not values.any()
     scan = {"trajectory": [[0, 0, 0.3], [0.1, 0.008, 0.3], [0.15, 0.012, 0.0], [0.3, 0.02, 0.0]]}
-    values = rw.render({"finger": FINGERTIP, "scan": scan, "output": {"duration": 0.3, "sample_rate": RATE}}).values
+    values = rw.render({"finger": finger, "scan": scan, "output": {"duration": 0.3, "sample_rate": RATE}}).values
     assert values[:800].any() and not values[1300:].any()
 
 

@@ -145,6 +145,8 @@ def load_of(event: Event, height: np.longdouble) -> float:
     load = np.longdouble(1e-2)
     for _ in range(60):
         contact = solve_contact(event.tau, event.period, event.amplitude, load, event.theta, event.phi)
+        if abs(contact.approach[()] - height) < 2e-18 * (1.0 + event.amplitude):
+            break
         load = np.maximum(load + (contact.approach[()] - height) * contact.contact_length[()], load / 16)
     assert abs(contact.approach[()] - height) < 1e-17 * (1.0 + event.amplitude)
     return float(load)
