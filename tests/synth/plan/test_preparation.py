@@ -166,7 +166,7 @@ def test_a_recording_is_scaled_by_its_loudest_place_and_not_by_its_largest_load(
 
 
 @pytest.mark.parametrize(
-    "seeds", [range(2), pytest.param(range(2, 100), marks=pytest.mark.thorough)], ids=["some", "all"]
+    "seeds", [range(2), pytest.param(range(2, 40), marks=pytest.mark.thorough)], ids=["some", "all"]
 )
 def test_recordings_peak_at_four_fifths(seeds: range) -> None:
     for seed in seeds:

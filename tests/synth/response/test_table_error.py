@@ -34,7 +34,7 @@ TEXTURES: dict[str, dict[str, Any]] = {
 }
 SCENES = [
     pytest.param(range(5), id="5 scenes"),
-    pytest.param(range(200), id="200 scenes", marks=[pytest.mark.thorough, pytest.mark.timeout(900)]),
+    pytest.param(range(100), id="100 scenes", marks=[pytest.mark.thorough, pytest.mark.timeout(900)]),
 ]
 LIMITS = {"displacement": 1e-3, "velocity": 3e-3, "acceleration": 1e-2}
 """At 99 of 100 loads of random sinusoids: displacement at every level, velocity and acceleration up to 32 harmonics."""
