@@ -233,8 +233,8 @@ class SynthEngine:
             the process. None: there is none.
         """
         self._textures = textures
-        from synth.response.kept_files import KeptFiles
-        from synth.response.response_cache import ResponseCache
+        from synth.kept_files import KeptFiles
+        from synth.response_cache import ResponseCache
 
         self._cache = ResponseCache(cache_bytes, KeptFiles(tables_folder(textures)) if textures else None)
 

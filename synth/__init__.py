@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from synth.encode.sound import render as render
     from synth.motion.motion import Motion as Motion
     from synth.plan.plan import Plan as Plan
-    from synth.response.response_cache import ResponseCache as ResponseCache
+    from synth.response_cache import ResponseCache as ResponseCache
     from synth.scene.scene import Scene as Scene
     from synth.scene.scene import parse_scene as parse_scene
     from synth.voice.live_voice import LiveVoice as LiveVoice
@@ -31,7 +31,7 @@ _HOMES = {
     "LiveVoice": "synth.voice.live_voice",
     "Motion": "synth.motion.motion",
     "Plan": "synth.plan.plan",
-    "ResponseCache": "synth.response.response_cache",
+    "ResponseCache": "synth.response_cache",
     "Scene": "synth.scene.scene",
     "Sound": "synth.encode.sound",
     "Voice": "synth.voice.voice",

@@ -4,7 +4,7 @@
 
 Model: one texture after the other is opened as the page and `/vr` open it: the newest imported ones first, then each
     kind without fields, with which the page begins, then the catalogue. What that solves is kept as files
-    (`synth.response.kept_files`), which every process with the same data folder reads. A mark among these files shows
+    (`synth.kept_files`), which every process with the same data folder reads. A mark among these files shows
     that a texture is done. The process looks for the next texture after each one, so it takes what is imported
     meanwhile and leaves out what is deleted. It has one thread and the lowest priority: on Linux it runs only while a
     processor has nothing else to do. One process at a time works for a data folder. It begins after the start of the
@@ -32,7 +32,7 @@ from synth.scene.catalogue import FINGER, catalogue
 from synth.scene.texture_registry import default_textures
 
 if TYPE_CHECKING:
-    from synth.response.kept_files import FileEntry, KeptFiles
+    from synth.kept_files import FileEntry, KeptFiles
 
 LOCK = "preparing.lock"  # in the data folder; locked by the process that works for it
 MOST_IMPORTED = {"profile": 20, "heightmap": 4}  # with 5 and 67 MB of files each: more would displace the catalogue's
@@ -98,8 +98,8 @@ def solve_ahead(texture: dict[str, Any], folder: Path) -> None:
 
     Raises SceneError, CannotRender.
     """
-    from synth.response.kept_files import KeptFiles
-    from synth.response.response_cache import ResponseCache
+    from synth.kept_files import KeptFiles
+    from synth.response_cache import ResponseCache
     from synth.scene.scene import parse_scene
     from synth.voice.hand_voice import HandVoice
 
@@ -112,7 +112,7 @@ def solve_ahead(texture: dict[str, Any], folder: Path) -> None:
 
 def _mark(texture: dict[str, Any]) -> FileEntry[dict[str, Any]]:
     """Return the mark that `texture` is done. It is not used again, so it is deleted soon after unused files are."""
-    from synth.response.kept_files import FileEntry, json_form
+    from synth.kept_files import FileEntry, json_form
 
     return FileEntry(f"prepared {json.dumps(texture, sort_keys=True)}", json_form(dict, dict))
 
@@ -149,7 +149,7 @@ def main(folder: Path, lock: int) -> None:
     """Solve the textures for the data folder `folder`. lock: descriptor of its file, locked; free at the end."""
     import fcntl
 
-    from synth.response.kept_files import KeptFiles
+    from synth.kept_files import KeptFiles
     from synth.surfaces.surface_data import add_source
 
     service = os.getppid()

@@ -1,4 +1,4 @@
-"""The data folder, in which imported textures are kept, and the tables of textures (`synth.response.kept_files`).
+"""The data folder, in which imported textures are kept, and the tables of textures (`synth.kept_files`).
 
 Model: RIDGEWAVE_DATA_FOLDER names it, for the service and the command line alike. Unset, it is the folder that the
     platform gives a user's programs: ~/.local/share/ridgewave on Linux (XDG_DATA_HOME), ~/Library/Application

@@ -31,7 +31,7 @@ from synth.perception.threshold import threshold_displacement
 from synth.plan.plan import Cost, Plan
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.process_start import compile_seconds, kernel_seconds, process_seconds
-from synth.response.response_cache import ResponseCache
+from synth.response_cache import ResponseCache
 from synth.scene.scene import Scene, SceneLike, scene_from
 from synth.voice.voice import Voice
 

@@ -34,10 +34,10 @@ from synth.plan.preparation import Preparation, prepare
 from synth.plan.scene_table import bounds_for, table_of_scene
 from synth.response.mean_approach import mean_curve
 from synth.response.phases import phase_step
-from synth.response.response_cache import ResponseCache
 from synth.response.series_curve import SeriesCurve
 from synth.response.spectrum import Complex, Demand, curves, fine_enough, harmonics_of
 from synth.response.table_reader import TableReader
+from synth.response_cache import ResponseCache
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
 from synth.voice.table_reading import HandReader, TableChannels

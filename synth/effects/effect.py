@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from synth.contact.load_balance import Contact
     from synth.effects.simulation.running import Signal
     from synth.motion.motion import Motion
-    from synth.response.response_cache import ResponseCache
+    from synth.response_cache import ResponseCache
 
 Solved = TypeVar("Solved")
 

@@ -36,7 +36,7 @@ from synth.scene.section import Section
 
 if TYPE_CHECKING:
     from synth.plan.preparation import Preparation
-    from synth.response.response_cache import ResponseCache
+    from synth.response_cache import ResponseCache
     from synth.voice.propagated_motion import PropagatedStage
 
 ADDED = "propagated_"

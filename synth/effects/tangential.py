@@ -30,7 +30,7 @@ from synth.scene.section import Section
 
 if TYPE_CHECKING:
     from synth.plan.preparation import Preparation
-    from synth.response.response_cache import ResponseCache
+    from synth.response_cache import ResponseCache
     from synth.voice.tangential_force import TangentialStage
 
 QUANTITY = "tangential_force"

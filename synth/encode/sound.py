@@ -20,7 +20,7 @@ from synth.errors import CannotRender
 
 if TYPE_CHECKING:
     from synth.plan.plan import Plan
-    from synth.response.response_cache import ResponseCache
+    from synth.response_cache import ResponseCache
     from synth.scene.scene import SceneLike
 
 Real = npt.NDArray[np.float64]

@@ -30,6 +30,7 @@ from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.contact.scene_contact import contact_of
 from synth.effects.effect import Kind
+from synth.kept_files import FileEntry, FileForm, json_form
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effect_choice import outputs_of
@@ -38,10 +39,9 @@ from synth.plan.request import HAND_LOADS, HAND_SPEEDS, Request, harmonics_in_ba
 from synth.plan.scene_table import band_of, bounds_for, entry_of
 from synth.plan.swing import FOLD_POWER, Swing, changed_by, folded_errors, turning_errors
 from synth.response.band_filter import SOLUTIONS, band_filter
-from synth.response.kept_files import FileEntry, FileForm, json_form
 from synth.response.mean_approach import Mean, MeanSpline, mean_curve, mean_over_area
-from synth.response.response_cache import ResponseCache
 from synth.response.table_error import QUANTITIES
+from synth.response_cache import ResponseCache
 from synth.scene.scene import Scene
 from synth.surfaces import profile_of
 from synth.surfaces.height_field import HeightField

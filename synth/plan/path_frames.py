@@ -22,6 +22,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
+from synth.kept_files import json_form
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.direct_plan import PATH_SLOPE
 from synth.plan.frame_solver import EXACT_CELL, FOLDED_SHARE, FramePlan, counted, stride_of
@@ -29,10 +30,9 @@ from synth.plan.request import Request
 from synth.plan.scene_table import entry_of
 from synth.plan.swing import MORE_FOLDS, Swing, changed_by, relative, turning_errors
 from synth.response.band_filter import SOLUTIONS
-from synth.response.kept_files import json_form
-from synth.response.response_cache import ResponseCache
 from synth.response.spectrum import DISCRETE_SHARE, FIRST_ORDER, Demand, changes, harmonics_of, points_for, remaining
 from synth.response.table_error import QUANTITIES
+from synth.response_cache import ResponseCache
 
 SECONDS = 0.05  # of the swing: at 80 mm/s it covers 1.3 mm
 SHORT, BEGINS = 0.03, (0.1, 0.5, 0.8)  # of the swings on which cells are judged, s and turns

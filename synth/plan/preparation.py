@@ -50,11 +50,11 @@ from synth.plan.silence import above_band, silence_of
 from synth.plan.stretch import Stretch, on_whole, stretch_of
 from synth.response.mean_approach import Mean
 from synth.response.reading_filter import ORDERS
-from synth.response.response_cache import SHARED, ResponseCache
 from synth.response.spectrum import SPECTRUM_FORM, Demand, Spectrum, curves, fine_enough, points_for, solve_spectrum
 from synth.response.table import ResponseTable
 from synth.response.table_error import QUANTITIES
 from synth.response.table_making import HEAVIEST
+from synth.response_cache import SHARED, ResponseCache
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
 from synth.surfaces.height_field import HeightField

@@ -22,17 +22,17 @@ from synth.contact.geometry import Geometry
 from synth.contact.line import MIDDLE, Line
 from synth.contact.scene_contact import contact_of
 from synth.errors import Fault, SceneError
+from synth.kept_files import FileEntry, FileForm
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.effects_preparation import shape_for
 from synth.plan.stretch import stretch_of
-from synth.response.kept_files import FileEntry, FileForm
 from synth.response.reading_filter import ORDERS, reading_filter
-from synth.response.response_cache import ResponseCache
 from synth.response.spectrum import Demand
 from synth.response.table import ResponseTable
 from synth.response.table_error import QUANTITIES
 from synth.response.table_file import table_bytes, table_of_bytes
 from synth.response.table_making import BOUNDS, TableBounds, make_table
+from synth.response_cache import ResponseCache
 from synth.scene.catalogue import catalogue
 from synth.scene.output_section import FULL_BAND
 from synth.scene.scene import Scene, parse_scene, scene_document

@@ -24,6 +24,7 @@ import numpy as np
 
 from synth.contact.load_balance import Contact
 from synth.contact.scene_contact import contact_of
+from synth.kept_files import json_form
 from synth.plan.channels import PEAK
 from synth.plan.direct_plan import follows_path
 from synth.plan.effect_choice import outputs_of, with_added_scales
@@ -31,9 +32,8 @@ from synth.plan.preparation import Preparation, prepare
 from synth.plan.request import HAND_LOADS, HAND_SPEEDS, harmonics_below
 from synth.plan.scene_table import entry_of
 from synth.response.band_filter import SOLUTIONS
-from synth.response.kept_files import json_form
-from synth.response.response_cache import SHARED, ResponseCache
 from synth.response.spectrum import Complex, Demand, Spectrum, curves, harmonics_of, points_for, solve_spectrum
+from synth.response_cache import SHARED, ResponseCache
 from synth.scene.output_section import Channel
 from synth.scene.scene import Scene
 

@@ -13,7 +13,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from synth.response.kept_files import FileForm
+from synth.kept_files import FileForm
 from synth.response.layered_table import LayeredTable
 
 

@@ -22,7 +22,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.forces import Response
 from synth.contact.load_balance import Contact
-from synth.response.kept_files import json_form
+from synth.kept_files import json_form
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 

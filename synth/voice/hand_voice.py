@@ -24,7 +24,7 @@ from synth.plan.direct_plan import follows_path
 from synth.plan.effect_choice import require_one_shape
 from synth.plan.preparation import Preparation
 from synth.plan.usual_hand import nominal_scene, prepare_hand, with_full_scale, with_hand_scale
-from synth.response.response_cache import ResponseCache
+from synth.response_cache import ResponseCache
 from synth.scene.effects_section import lowest_load
 from synth.scene.scene import Scene, scene_document
 from synth.voice.fades import faded

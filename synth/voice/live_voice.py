@@ -24,7 +24,7 @@ from synth.plan.effect_choice import added_quantities
 from synth.plan.plan import Plan
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.usual_hand import with_full_scale, with_stream_scale
-from synth.response.response_cache import SHARED, ResponseCache
+from synth.response_cache import SHARED, ResponseCache
 from synth.scene.scene import Scene
 from synth.voice.limiter import Limiter, look_ahead
 from synth.voice.voice import Voice

@@ -24,7 +24,7 @@ from synth.arrays import Block
 from synth.errors import Fault, SceneError, shown
 from synth.motion.motion import Update
 from synth.plan.usual_hand import with_full_scale
-from synth.response.response_cache import ResponseCache
+from synth.response_cache import ResponseCache
 from synth.scene.merge import scene_before_bands
 from synth.scene.scene import Scene, parse_scene
 from synth.voice.fades import end_gains, under

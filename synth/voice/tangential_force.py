@@ -25,11 +25,11 @@ from synth.plan.channels import PEAK, ROUNDING, STILL, extent_and_peak, spendabl
 from synth.plan.preparation import SERIES_SHARE, Preparation
 from synth.plan.scene_table import kept_table, read_error
 from synth.response.lift_gate import gate
-from synth.response.response_cache import ResponseCache
 from synth.response.series_curve import SMALLEST, SeriesCurve
 from synth.response.spectrum import Complex, Demand, Spectrum, curves, points_for, solve_spectrum
 from synth.response.table import ResponseTable
 from synth.response.table_reader import TableReader
+from synth.response_cache import ResponseCache
 from synth.voice.table_reading import HandReader, ScanReader, TableChannels, delayed
 
 QUANTITY = "tangential_force"

@@ -26,7 +26,7 @@ from synth.plan.plan import Plan, plan_of
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.usual_hand import prepare_hand, with_hand_scale
 from synth.response.phases import phase_step, turns_to_phase
-from synth.response.response_cache import SHARED, ResponseCache
+from synth.response_cache import SHARED, ResponseCache
 from synth.scene.scene import Scene, SceneLike, scene_from
 from synth.voice.fades import fade_envelope
 from synth.voice.solved_frames import SolvedFrames

@@ -23,8 +23,8 @@ import numpy as np
 from service.compute.texture_preparation import SCANS, solve_ahead
 from service.store.data_folder import tables_folder
 from service.store.store import Quota, Store
-from synth.response.kept_files import KeptFiles
-from synth.response.response_cache import ResponseCache
+from synth.kept_files import KeptFiles
+from synth.response_cache import ResponseCache
 from synth.scene.catalogue import FINGER, catalogue
 from synth.scene.scene import parse_scene
 from synth.surfaces.surface_data import SurfaceData, add_source

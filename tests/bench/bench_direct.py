@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from synth.motion.motion import Motion
-from synth.response.response_cache import ResponseCache
+from synth.response_cache import ResponseCache
 from synth.surfaces.surface_data import SurfaceData, remember
 from synth.voice.voice import Voice, open_voice
 from tests.bench.timing import Figure, figure

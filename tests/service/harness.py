@@ -27,7 +27,7 @@ from service.engine import Engine, SynthEngine
 from service.lifespan import Service
 from service.operations.settings import Settings, read_settings, setting_fields, variable
 from service.server import LIVE_OPTIONS, listen, shown_address
-from synth.response.response_cache import DEFAULT_BYTES
+from synth.response_cache import DEFAULT_BYTES
 
 if TYPE_CHECKING:
     from tests.service.plain_engine import PlainEngine

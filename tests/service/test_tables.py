@@ -16,8 +16,8 @@ from service.app import create_app
 from service.compute import work_places
 from service.engine import SynthEngine
 from synth.plan import scene_table
-from synth.response.response_cache import DEFAULT_BYTES
 from synth.response.table_file import table_of_bytes
+from synth.response_cache import DEFAULT_BYTES
 from synth.scene.scene import parse_scene
 from tests.conftest import RunsRidgewave
 from tests.service.harness import ask, kept_engine, problem, serving, settings_of, until

@@ -19,7 +19,7 @@ from service.lifespan import Service
 from service.store.data_folder import tables_folder
 from service.store.store import Quota, Store
 from synth.errors import CannotRender
-from synth.response.kept_files import KeptFiles
+from synth.kept_files import KeptFiles
 from synth.scene.catalogue import FINGER, catalogue
 from synth.scene.scene import parse_scene
 from synth.scene.texture_registry import default_textures

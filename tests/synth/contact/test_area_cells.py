@@ -12,9 +12,9 @@ from synth.contact.fingertip import FingertipContact
 from synth.contact.scene_contact import contact_of
 from synth.plan import preparation
 from synth.plan.preparation import prepare
-from synth.response.response_cache import ResponseCache
 from synth.response.spectrum import Demand, curves, harmonics_of, points_for, solve_spectrum
 from synth.response.table_error import QUANTITIES
+from synth.response_cache import ResponseCache
 from synth.scene.scene import Scene, parse_scene
 from tests.few import thorough
 

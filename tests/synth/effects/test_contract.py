@@ -18,7 +18,7 @@ import pytest
 from synth import LiveVoice, open_voice, parse_scene
 from synth.effects.effect import Effect, Kind
 from synth.errors import SceneError
-from synth.response.response_cache import ResponseCache
+from synth.response_cache import ResponseCache
 from synth.scene.effects_section import declaration, effect_names
 from synth.scene.section import rule_of
 from tests.few import paired, thorough

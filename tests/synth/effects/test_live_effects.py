@@ -10,7 +10,7 @@ import pytest
 from synth import LiveVoice, Motion, open_voice
 from synth.arrays import Block
 from synth.errors import SceneError
-from synth.response.response_cache import ResponseCache
+from synth.response_cache import ResponseCache
 from synth.scene.scene import Scene, parse_scene
 from synth.voice.hand_voice import HandVoice
 from tests.synth.effects.whole_renders import SHORT

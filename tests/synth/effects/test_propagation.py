@@ -9,7 +9,7 @@ import pytest
 
 from synth import Motion, open_voice, parse_scene
 from synth.errors import SceneError
-from synth.response.response_cache import ResponseCache
+from synth.response_cache import ResponseCache
 from synth.scene.scene import Scene
 from synth.voice.hand_voice import HandVoice
 from synth.voice.skin_wave import QUIET, SkinFilter, SkinWave

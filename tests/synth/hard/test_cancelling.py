@@ -14,7 +14,7 @@ import pytest
 
 from synth.contact.stiffness import Stiffness
 from synth.motion.motion import Motion
-from synth.response.response_cache import ResponseCache
+from synth.response_cache import ResponseCache
 from synth.scene.scene import Scene
 from synth.voice.live_voice import LiveVoice
 from synth.voice.voice import open_voice

@@ -10,7 +10,7 @@ import pytest
 
 from synth.errors import SceneError
 from synth.motion.motion import Motion
-from synth.response.response_cache import ResponseCache
+from synth.response_cache import ResponseCache
 from synth.scene.scene import parse_scene
 from synth.voice.voice import open_voice
 from tests.few import paired

@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from synth.errors import SceneError
-from synth.response.response_cache import ResponseCache
+from synth.response_cache import ResponseCache
 from synth.scene.scene import Scene, parse_scene
 from synth.voice.voice import blocks, open_voice, total_frames
 from tests.few import paired

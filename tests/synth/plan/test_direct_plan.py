@@ -6,7 +6,7 @@ import pytest
 
 from synth.contact.scene_contact import contact_of
 from synth.plan.direct_plan import COARSER, MOST_TURNED, affordable, predicted_work
-from synth.response.response_cache import ResponseCache
+from synth.response_cache import ResponseCache
 from synth.scene.scene import parse_scene
 
 

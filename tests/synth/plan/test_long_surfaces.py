@@ -18,7 +18,7 @@ from synth.plan.preparation import prepare
 from synth.plan.request import N_MAX, harmonics_in_band
 from synth.plan.scene_table import table_of_scene
 from synth.plan.stretch import on_whole, stretch_of
-from synth.response.response_cache import ResponseCache
+from synth.response_cache import ResponseCache
 from synth.scene.scene import Scene, parse_scene
 from synth.surfaces import profile_of
 from synth.surfaces.surface_data import SurfaceData, remember

@@ -14,7 +14,7 @@ from synth.plan import motion_peak
 from synth.plan.motion_peak import peaks_along
 from synth.plan.preparation import EXACT, prepare
 from synth.plan.request import N_MAX, harmonics_below
-from synth.response.response_cache import ResponseCache
+from synth.response_cache import ResponseCache
 from synth.scene.output_section import THRESHOLD_NAME
 from synth.scene.scene import Scene
 from synth.voice.voice import blocks, open_voice

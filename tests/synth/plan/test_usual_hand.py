@@ -9,8 +9,8 @@ import pytest
 
 from synth.plan import usual_hand
 from synth.plan.usual_hand import prepare_hand, with_hand_scale
-from synth.response.response_cache import ResponseCache
 from synth.response.spectrum import Spectrum, solve_spectrum
+from synth.response_cache import ResponseCache
 from synth.scene.scene import parse_scene
 
 WAVE = [20e-6 * math.sin(0.1 * math.pi * point) for point in range(20)]

@@ -12,7 +12,7 @@ import pytest
 import ridgewave as rw
 from synth.errors import SceneError
 from synth.motion.motion import Motion, Update
-from synth.response.response_cache import ResponseCache
+from synth.response_cache import ResponseCache
 from synth.scene.scene import parse_scene
 from synth.voice.hand_voice import HandVoice
 from synth.voice.recording import Recording

@@ -9,7 +9,7 @@ import pytest
 
 from synth.arrays import Block
 from synth.errors import SceneError
-from synth.response.response_cache import ResponseCache
+from synth.response_cache import ResponseCache
 from synth.scene.scene import Scene
 from synth.voice.live_voice import LiveVoice
 from synth.voice.voice import open_voice

@@ -15,7 +15,7 @@ from scipy.signal import firwin
 from synth.arrays import Block
 from synth.motion.motion import Update
 from synth.plan.usual_hand import with_full_scale
-from synth.response.response_cache import ResponseCache
+from synth.response_cache import ResponseCache
 from synth.scene.scene import parse_scene
 from synth.voice.hand_voice import HandVoice
 from synth.voice.limiter import LOOK_AHEAD

@@ -13,7 +13,7 @@ from synth.arrays import Block
 from synth.errors import SceneError
 from synth.motion.motion import Update
 from synth.motion.update_smoothing import Follower
-from synth.response.response_cache import ResponseCache
+from synth.response_cache import ResponseCache
 from synth.scene.scene import parse_scene
 from synth.voice.hand_log import EVENT_BYTES
 from synth.voice.hand_voice import HandVoice

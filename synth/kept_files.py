@@ -1,6 +1,6 @@
 """Solved responses and tables as files, so that a later process does not solve them again.
 
-Stage   RESPONSE, beside the cache in memory.
+Stage   None: a tool of all stages, as is the cache in memory (`response_cache`).
 Model   An entry is a file whose name is the SHA-256 of everything that decides its content: the text of its scene and
         of its demand, and the source of `synth`. A file is written whole, under another name first. One that cannot be
         read or written is as if it were absent. The files that were not used for longest are deleted beyond the limit.
@@ -23,7 +23,7 @@ from typing import Any, Generic, TypeVar
 from synth.errors import CannotRender
 
 MOST_BYTES = 512 << 20  # the catalogue with one finger has 70 MB
-SOURCE = Path(__file__).resolve().parents[1]
+SOURCE = Path(__file__).resolve().parent
 
 T = TypeVar("T")
 

@@ -15,7 +15,7 @@ from contextlib import suppress
 from typing import Protocol, TypeVar
 from weakref import WeakValueDictionary
 
-from synth.response.kept_files import FileEntry, KeptFiles
+from synth.kept_files import FileEntry, KeptFiles
 
 DEFAULT_BYTES = 256 << 20
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import pytest
 
 import synth
-from synth.response.response_cache import ResponseCache
+from synth.response_cache import ResponseCache
 
 
 @dataclass

@@ -10,14 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from synth import kept_files
 from synth.contact.scene_contact import contact_of
+from synth.kept_files import FileEntry, FileForm, KeptFiles
 from synth.motion.motion import Update
 from synth.plan import direct_plan, path_frames, preparation, scene_table, usual_hand
-from synth.response import kept_files, layered_making
-from synth.response.kept_files import FileEntry, FileForm, KeptFiles
+from synth.response import layered_making
 from synth.response.layered_file import LAYERED_FORM
-from synth.response.response_cache import ResponseCache
 from synth.response.spectrum import SPECTRUM_FORM, Spectrum
+from synth.response_cache import ResponseCache
 from synth.scene.scene import parse_scene
 from synth.surfaces.surface_data import SurfaceData, remember
 from synth.voice.hand_voice import HandVoice
