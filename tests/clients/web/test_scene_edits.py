@@ -43,6 +43,9 @@ def test_all_changes_are_undone_and_redone(watched_page: tuple[Page, Watch]) -> 
         touch_page.keyboard.press("Control+Shift+Z")
         assert scene_of(touch_page) == scene
     assert touch_page.locator("#redo").is_disabled()
+    touch_page.keyboard.press("Control+z")
+    touch_page.evaluate("(scene) => ridgewave.state.take(scene)", scenes[1])
+    assert touch_page.locator("#redo").is_disabled(), "a change ends what could be redone"
 
 
 def test_a_slider_that_is_dragged_is_one_change(touch_page: Page) -> None:
