@@ -37,6 +37,7 @@ KEPT_SECONDS = 1.0  # that the server keeps the session of a broken connection i
 GROWTH = 0.05  # of the resident memory
 SETTLE_SECONDS = 30.0  # for what a fault leaves: unanswered pings, and what closing a dead peer takes
 ATTEMPTS = 3
+SLOW_SECONDS = 2.0  # longer than a reader may be behind; more decides nothing
 CALM_SECONDS = 1.0
 SLOW_READER = 4408  # close code
 Fault = Callable[[], None]
@@ -128,14 +129,14 @@ def contiguous(caller: Caller) -> None:
         assert len(caller.sound) == 4 * end["frame"], "sound was dropped"
 
 
-def slow(served: Served, proxy: Proxy, seconds: float, **treatment: object) -> None:
-    """Make one reader slow for `seconds`: it is closed as slow, and receives all but the waiting block."""
+def slow(served: Served, proxy: Proxy, **treatment: object) -> None:
+    """Make one reader slow for SLOW_SECONDS: it is closed as slow, and receives all but the waiting block."""
     with Caller(proxy.port) as caller:
         caller.hello()
         link = proxy.links[-1]
         caller.read(lambda: len(caller.sound) > 4 * RATE // 5)
         link.treat("down", **treatment)
-        time.sleep(seconds)  # the length of the fault, which decides nothing
+        time.sleep(SLOW_SECONDS)
         link.treat("down", stalled=False, bytes_per_second=None)
         caller.read()
         assert caller.code == SLOW_READER, caller.messages
@@ -145,16 +146,14 @@ def slow(served: Served, proxy: Proxy, seconds: float, **treatment: object) -> N
 
 
 @ALONE
-@pytest.mark.parametrize("seconds", [2.0])
-def test_a_reader_that_stalls_delays_nobody_and_is_closed(served: Served, proxy: Proxy, seconds: float) -> None:
-    suffered(served, lambda: slow(served, proxy, seconds, stalled=True))
+def test_a_reader_that_stalls_delays_nobody_and_is_closed(served: Served, proxy: Proxy) -> None:
+    suffered(served, lambda: slow(served, proxy, stalled=True))
 
 
 @ALONE
 @pytest.mark.thorough  # for the service it stalls, now and then
-@pytest.mark.parametrize("seconds", [2.0])
-def test_a_reader_on_a_thin_line_delays_nobody_and_is_closed(served: Served, proxy: Proxy, seconds: float) -> None:
-    suffered(served, lambda: slow(served, proxy, seconds, bytes_per_second=30_000.0))
+def test_a_reader_on_a_thin_line_delays_nobody_and_is_closed(served: Served, proxy: Proxy) -> None:
+    suffered(served, lambda: slow(served, proxy, bytes_per_second=30_000.0))
 
 
 @ALONE
@@ -193,10 +192,9 @@ def test_bytes_split_anywhere_are_the_same_stream(served: Served, proxy: Proxy) 
 
 @ALONE
 @pytest.mark.thorough  # many of those that connect and leave anyhow are reset
-@pytest.mark.parametrize("count", [50])
-def test_connections_that_are_reset_leave_nothing(served: Served, proxy: Proxy, count: int) -> None:
+def test_connections_that_are_reset_leave_nothing(served: Served, proxy: Proxy) -> None:
     def fault() -> None:
-        for _ in range(count):
+        for _ in range(50):
             caller = Caller(proxy.port).hello()
             proxy.links[-1].reset()
             caller.connection.close()

@@ -30,7 +30,7 @@ from tests.synth.response.shaped_cases import finer
 from tests.synth.surfaces.texture_cases import random_texture
 
 RATE = 8000
-PHASES = 128  # per period: harmonics that fold back onto the lowest are below 1e-4 of these
+PHASES = 128  # per period: what folds back onto the lowest harmonics is below a third of what the plan states
 MEAN_PHASES = 128  # per period, for the mean at a load that varies
 REACH = 24  # frames on each side that the filter of the comparison reads
 

@@ -103,10 +103,11 @@ def test_skin_with_a_mass_errs_by_no_more_than_the_plan_says() -> None:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize(("name", "bandwidth"), [one for one in WITH_BANDWIDTH if one != ("wide", "full")])
+@pytest.mark.parametrize(("name", "bandwidth"), WITH_BANDWIDTH)
 def test_so_it_does_at_48_khz(name: str, bandwidth: float | str) -> None:
     scene = scene_of(name, {"viscous_skin": {}}, 48000, output={"bandwidth": bandwidth})
-    wanted, own = oracle(scene, 2 if name == "wide" else 3, 2 * PLACES, STEPS)
+    finer = 4 if (name, bandwidth) == ("wide", "full") else 1  # below, its own error is more than its halves tell
+    wanted, own = oracle(scene, 2 if name == "wide" else 3, 2 * finer * PLACES, finer * STEPS)
     check_quantities(scene, (wanted,), own)
 
 
