@@ -219,6 +219,7 @@ class Finger:
     mass, damping: kg, N s/m.
     load, position: functions of time (s), N and m.
     spring: k_p, N/m.
+    rest: z_w, m; None: the mean of the elastic contact at the load, without adhesion.
     """
 
     touch: Touch
@@ -229,9 +230,13 @@ class Finger:
     pull: float = 0.0
     reach: float = 0.0
     spring: float = 0.0
+    rest: float | None = None
 
     def resting(self) -> Callable[[float], float]:
         """Return z_w (m) as a function of the load (N); each new load is solved."""
+        rest = self.rest
+        if rest is not None:
+            return lambda _load: rest
         profile = Profile(self.touch)
 
         @functools.cache

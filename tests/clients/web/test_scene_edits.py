@@ -48,6 +48,20 @@ def test_all_changes_are_undone_and_redone(watched_page: tuple[Page, Watch]) -> 
     assert touch_page.locator("#redo").is_disabled(), "a change ends what could be redone"
 
 
+def test_the_last_two_hundred_scenes_are_undone_and_no_more(touch_page: Page) -> None:
+    undone = touch_page.evaluate(
+        """async () => {
+          const { UndoHistory } = await import("/web/scene/undo.js");
+          const history = new UndoHistory({ scan: { speed: 0 } });
+          for (let number = 1; number <= 201; number += 1) history.push({ scan: { speed: number } });
+          const undone = [];
+          while (history.canUndo) undone.push(history.undo().scan.speed);
+          return undone;
+        }"""
+    )
+    assert undone == list(range(200, 0, -1))
+
+
 def test_a_slider_that_is_dragged_is_one_change(touch_page: Page) -> None:
     touch_page.evaluate("() => { document.querySelector('#section-scan').open = true; }")
     slider = touch_page.locator("[data-path='scan.speed'] input[type=range]")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from synth.motion.motion import LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE, Motion, completed
+from synth.motion.motion import ACROSS, DIRECTION, LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE, Motion, completed
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
 from synth.scene.scene import Scene
 from tests.synth.engine_cases import Real, scene_of
@@ -105,6 +105,19 @@ def test_a_trajectory_lifts_before_its_first_and_after_its_last_point() -> None:
     assert np.all(before >= 0.0)
     later = scan.at(10 * RATE, 64).samples
     assert np.all(later[LOAD:] == 0.0)
+
+
+def test_a_path_over_an_area_goes_straight_on_before_its_first_and_after_its_last_point() -> None:
+    points = [[t, x, 0.4 * x + 3e-3 * t, 0.1 + t, load] for t, x, load in POINTS]
+    scan = ScanMotion(scene_of(texture={"kind": "dots"}, scan={"trajectory": points}))
+    for end, away in ((0.05, -1), (0.3, 1)):
+        motion = scan.at(round(end * RATE) + min(0, away * 960), 961)
+        for way in (motion.position, motion.path[ACROSS]):
+            steps = np.diff(way)
+            assert abs(steps[0]) > 1e-9 and steps == pytest.approx(np.full(960, steps[0]), rel=1e-6)
+        inside = scan.at(round(end * RATE) - away * 2, 5).path[ACROSS]
+        assert np.abs(np.diff(inside, 2)).max() <= 1e-3 * np.abs(np.diff(inside)).max(), "the speed has no step"
+        assert np.ptp(motion.path[DIRECTION]) == 0.0
 
 
 def test_loads_of_a_trajectory_are_told() -> None:
