@@ -23,7 +23,7 @@ from synth.errors import Fault, SceneError
 from synth.motion.motion import LOAD, SPEED
 from synth.plan.channels import PEAK, ROUNDING, STILL, extent_and_peak, spendable
 from synth.plan.preparation import SERIES_SHARE, Preparation
-from synth.plan.scene_table import kept_table, read_error
+from synth.plan.scene_table import bounds_for, kept_table, read_error
 from synth.response.lift_gate import gate
 from synth.response.series_curve import SMALLEST, SeriesCurve
 from synth.response.spectrum import Complex, Demand, Spectrum, curves, points_for, solve_spectrum
@@ -35,7 +35,9 @@ from synth.voice.table_reading import HandReader, ScanReader, TableChannels, del
 QUANTITY = "tangential_force"
 READ_AS = "displacement", "approach"  # how the tables are read: the slope force has no mean, friction has one
 LIVE_WORK, FILE_WORK = 2.0, 8.0  # times the work of a contact's table: a phase of friction takes ten times as long
-MOST_ERROR = 1.0  # of the peak-to-peak: what errs by more is refused
+MOST_ERROR = (
+    1.0  # of the peak-to-peak; a scene with a larger error is refused, if its table lacks harmonics in the band
+)
 SIMULATED = (Signal(SLOPE, 0), Signal(PRESS, 0))
 
 
@@ -135,8 +137,8 @@ class TangentialStage:
         if not solved.moving:
             reader = SeriesCurve(lifted * series)
             steady, method = (reader, lifted * level), reader.name
-        worst = max(error, *(one.error for one in solved.channels))
-        if solved.moving and worst > MOST_ERROR:
+        worst, held = max(error, *(one.error for one in solved.channels)), bounds_for(solved.scene).harmonics
+        if solved.moving and solved.highest > held and worst > MOST_ERROR:
             allowed = f"an error of {MOST_ERROR:g} or less wherever speed or load change, where a table is read"
             hint = (
                 "The texture has more detail than a table holds. Write a shorter texture, render a file at constant "

@@ -151,3 +151,13 @@ def test_a_texture_with_more_detail_than_a_table_holds_is_refused_unless_the_sca
     assert np.ptp(open_voice(parse_scene(scene)).render(960)[:, 1]) > 0.0
     with pytest.raises(SceneError, match="more detail than a table holds"):
         open_voice(parse_scene(scene), live=True).render(480, Motion.of(480, speed=0.08, load=0.3))
+
+
+@pytest.mark.parametrize("length, period", [("1.5 mm", None), ("1 mm", "0.5 mm")])
+def test_a_hand_plays_a_finger_whose_motion_cancels_in_full_contact(length: str, period: str | None) -> None:
+    """z is then nearly still, so its relative error was above 1, and the scene was refused as too fine for a table."""
+    finger, texture = {"kind": "fingertip", "contact_length": length}, {"period": period} if period else {}
+    scene = parse_scene({"finger": finger, "texture": texture, "effects": {"tangential": {}}})
+    voice = open_voice(scene, live=True)
+    force = voice.render(4800, Motion.of(4800, speed=0.08, load=0.3))[2400:, -1] * voice.full_scale[-1]
+    assert np.mean(force) == pytest.approx(0.5 * 0.3, rel=1e-3), "friction remains"
