@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from synth.accuracy.report import AccuracyReport, LeftOutMethod, Measured
-from synth.plan.channels import UNITS
+from synth.scene.effects_section import unit_of
 from synth.scene.scene import Scene, parse_scene, scene_document
 
 CHOSEN = "sum of harmonics, 512 phases"
@@ -21,7 +21,7 @@ def report(scene: Scene | None = None, quantity: str = "acceleration") -> Accura
     return AccuracyReport(
         scene=scene_document(parse_scene({"output": {"duration": DURATION}}) if scene is None else scene),
         quantity=quantity,
-        unit=UNITS[quantity],
+        unit=unit_of(quantity),
         peak_to_peak=37.9 if quantity == "acceleration" else 1.93e-6,
         duration=DURATION,
         sample_rate=48000,

@@ -21,7 +21,7 @@ from clients.command_line.progress import Progress, Waiting
 from clients.command_line.scene_argument import check_unchanged, read_document, scene_of
 from synth import Scene, open_voice
 from synth.encode.formats import Metadata, open_writer
-from synth.encode.sound_metadata import UNITS
+from synth.scene.effects_section import unit_of
 from synth.scene.scene import scene_document
 from synth.voice.fades import reduction_warning
 from synth.voice.hand_log import is_recording
@@ -106,7 +106,7 @@ def _written(
     reduction_db = 0.0 if limiter is None else limiter.take_reduction()
     seconds, rendering = frames / rate, time.perf_counter() - ready
     channels = [
-        {"quantity": quantity, "unit": UNITS[quantity], "full_scale": full_scale, "peak": float(peak)}
+        {"quantity": quantity, "unit": unit_of(quantity), "full_scale": full_scale, "peak": float(peak)}
         for quantity, full_scale, peak in zip(voice.quantities, voice.full_scale, peaks, strict=True)
     ]
     return {

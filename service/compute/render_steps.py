@@ -30,8 +30,8 @@ from service.http.content_negotiation import choose_format
 from service.http.sound_headers import describe, metadata_of
 from service.problems import Problem, of, refused
 from service.store.store import Store
-from synth.encode.formats import Block, SoundFormat, block_bytes, encode_all, media_type, open_writer
-from synth.encode.riff import padding, wav_header
+from synth.encode.containers import closing
+from synth.encode.formats import Block, SoundFormat, block_bytes, encode_all, media_type, open_writer, stream_header
 from synth.errors import CannotRender, Fault, InvalidRequest, SceneError, shown
 from synth.scene.scene import Scene, channel_count, parse_scene
 from synth.scene.text import object_from_text
@@ -240,15 +240,15 @@ def _whole(render: Render, beginning: list[Block]) -> Iterator[Message]:
 
 
 def _streamed(render: Render, beginning: list[Block]) -> Iterator[Message]:
-    raw = render.sound_format.container == "raw"
-    samples = render.frames * render.voice.channels * render.sound_format.bytes_per_sample
-    header = b"" if raw else _wav_header(render)
-    end = b"" if raw else padding(samples)
+    voice, sound_format, metadata = render.voice, render.sound_format, metadata_of(render.voice, render.scene)
+    samples = render.frames * voice.channels * sound_format.bytes_per_sample
+    header = stream_header(sound_format, voice.sample_rate, voice.channels, metadata, render.frames)
+    end = closing(sound_format, samples)
     render.limiter = None  # its reduction is not known before the head is sent
     yield render.answer(len(header) + samples + len(end))
     yield header
     for block in _blocks(render, beginning):
-        yield block_bytes(block, render.sound_format)
+        yield block_bytes(block, sound_format)
     yield end
 
 
@@ -270,11 +270,6 @@ def _flac(render: Render, beginning: list[Block]) -> Iterator[Message]:
         yield render.answer(length)
         while chunk := store.read(FILE_BYTES):
             yield chunk
-
-
-def _wav_header(render: Render) -> bytes:
-    metadata = metadata_of(render.voice, render.scene)
-    return wav_header(render.sound_format, render.voice.sample_rate, render.voice.channels, metadata, render.frames)
 
 
 def read_picture(

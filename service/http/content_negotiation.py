@@ -17,14 +17,12 @@ from starlette.requests import Request
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service.problems import Problem, refused
+from synth.encode.containers import media_types
 from synth.encode.formats import L16_RATE_LIMIT_HZ, SoundFormat
 
-OFFERS: dict[SoundFormat, tuple[str, ...]] = {
-    SoundFormat.WAV: ("audio/wav", "audio/x-wav", "audio/wave", "audio/vnd.wave"),
-    SoundFormat.FLAC: ("audio/flac", "audio/x-flac"),
-    SoundFormat.L16: ("audio/l16",),
-    SoundFormat.F32LE: ("application/octet-stream",),
-}
+FIRST = {media_types(kind): kind for kind in reversed(SoundFormat)}
+OFFERS = {kind: tuple(map(str.lower, media_types(kind))) for kind in SoundFormat if kind is FIRST[media_types(kind)]}
+"""The media types of each format that Accept can choose: the first of the formats that share a media type."""
 FLAC_CHANNELS = 8  # the most that FLAC has (RFC 9639, 9.1.3)
 NEVER_COMPRESSED = (*DEFAULT_EXCLUDED_CONTENT_TYPES, "application/octet-stream")  # sound, which is sent in blocks
 SHORTEST = 1000  # bytes of a compressed answer; a shorter one fits into a packet or two

@@ -10,6 +10,8 @@ from starlette.responses import JSONResponse
 
 from service import problems
 from service.http.openapi_components import components
+from synth.encode.containers import media_types
+from synth.encode.samples import SoundFormat
 
 Answers = dict[int | str, dict[str, Any]]
 
@@ -32,15 +34,20 @@ class SchemaResponse(JSONResponse):
 
 def audio(*problem_names: str, flac: bool) -> Answers:
     """Return the answers of a route that sends sound, including the problems of these names."""
-    kinds = ("audio/wav", *(("audio/flac",) if flac else ()), "audio/L16", "application/octet-stream")
+    formats = [kind for kind in SoundFormat if flac or kind is not SoundFormat.FLAC]
+    kinds = dict.fromkeys(media_types(kind)[0] for kind in formats)
     headers = {name: {"description": text, "schema": {"type": "string"}} for name, text in _HEADERS.items()}
     sound = {"description": "The sound.", "headers": headers, "content": {kind: BINARY for kind in kinds}}
     return {200: sound} | problem_answers(*problem_names)
 
 
-def answer_of(schema: str, description: str, status: int = 200) -> Answers:
-    """Return the answer of a route that sends JSON; `schema` is the name of a component."""
-    content = {"application/json": {"schema": {"$ref": f"#/components/schemas/{schema}"}}}
+def answer_of(schema: str | Mapping[str, Any], description: str, status: int = 200) -> Answers:
+    """Return the answer of a route that sends JSON.
+
+    schema: a JSON Schema, or the name of a component.
+    """
+    found = {"$ref": f"#/components/schemas/{schema}"} if isinstance(schema, str) else dict(schema)
+    content = {"application/json": {"schema": found}}
     return {status: {"description": description, "content": content}}
 
 

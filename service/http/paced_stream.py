@@ -18,8 +18,8 @@ from service.operations.metrics import Metrics
 from service.operations.settings import Settings
 from service.sessions.pacer import Bell, Pacer
 from service.sessions.voice_stream import VoiceStream, grace_seconds
-from synth.encode.formats import Block, Metadata, SoundFormat, block_bytes, stream_header
-from synth.encode.riff import padding, wav_header
+from synth.encode.containers import closing
+from synth.encode.formats import Block, SoundFormat, block_bytes
 from synth.voice.fades import faded
 
 SILENCE_BYTES = 1 << 16  # of one chunk of the silence that fills a finite stream
@@ -65,7 +65,7 @@ class Reader:
             frame_bytes = channels * sound_format.bytes_per_sample
             for begin in range(sent * frame_bytes, frames * frame_bytes, SILENCE_BYTES):
                 yield bytes(min(SILENCE_BYTES, frames * frame_bytes - begin))
-            yield b"" if sound_format.container == "raw" else padding(frames * frame_bytes)
+            yield closing(sound_format, frames * frame_bytes)
 
     async def _blocks(self, frames: int | None, settings: Settings, pool: Executor) -> AsyncGenerator[Block, None]:
         """Yield each block when it is due; the last one fades out."""
@@ -100,19 +100,7 @@ class Reader:
             self._metrics.limited(stream.reduction_db, len(block) / stream.sample_rate)
 
 
-def stream_opening(
-    sound_format: SoundFormat, sample_rate: int, channels: int, metadata: Metadata, frames: int | None
-) -> bytes:
-    """Return the header of a stream; b"" for raw formats. frames: the length, None for an endless stream.
-
-    Raises InvalidRequest for FLAC, which cannot be streamed.
-    """
-    if frames is None or sound_format.container != "wav":
-        return stream_header(sound_format, sample_rate, channels, metadata)
-    return wav_header(sound_format, sample_rate, channels, metadata, frames)
-
-
 def stream_length(sound_format: SoundFormat, header_bytes: int, channels: int, frames: int) -> int:
-    """Return the number of bytes of a finite stream, header and padding included."""
+    """Return the number of bytes of a finite stream, with its header and its closing."""
     samples = frames * channels * sound_format.bytes_per_sample
-    return header_bytes + samples + (0 if sound_format.container == "raw" else len(padding(samples)))
+    return header_bytes + samples + len(closing(sound_format, samples))

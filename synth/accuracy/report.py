@@ -31,9 +31,9 @@ from synth.accuracy.methods import Case, Method, case_of, chosen_method, curve_b
 from synth.arrays import Array
 from synth.errors import Fault, InvalidRequest, shown
 from synth.perception.threshold import threshold_displacement
-from synth.plan.channels import UNITS
 from synth.plan.preparation import prepare
 from synth.response.spectrum import Complex, Demand, solve_spectrum
+from synth.scene.effects_section import unit_of
 from synth.scene.scene import Scene, SceneLike, scene_document, scene_from
 
 REPEATS = 5
@@ -149,7 +149,7 @@ def measure_accuracy(
     return AccuracyReport(
         scene=scene_document(scene),
         quantity=case.quantity,
-        unit=UNITS[case.quantity],
+        unit=unit_of(case.quantity),
         peak_to_peak=case.extent,
         duration=duration,
         sample_rate=case.rate,

@@ -7,8 +7,13 @@ load_balance      eq. 1     one contact: its geometry and stiffness, and the cho
 full_contact                full contact in closed form
 exact_solver                the approach z of two cosines, to round-off; `patches` measures one cell
 profile_solver              the approach z of any profile, on the segments of `polyline`
+fingertip, fingertip_solver the approach z of a fingertip with ridges over an area, on a texture along a line
+area_contact                a finger on a height field: its cells (`area_grid`), the texture (`area_texture`), the
+                            solver (`area_solver`) and motion across it (`area_path`)
+area_layers, layer_sums     the same for all places and loads at once, for a layered table
 curved_contact              a round finger
 growing_contact             a contact length that follows the load
+scene_contact               the contact of a scene; `line` is where it stands over an area
 pressure                    integrals of the pressure at any phase and z
 forces                      the horizontal forces of slopes and friction, as functions of phase and load
 """

@@ -15,9 +15,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO, Self
 
+from synth.encode.containers import closing, opening
 from synth.encode.flac import FlacEncoder
 from synth.encode.part_file import PartFile, cannot_write
-from synth.encode.riff import padding, wav_header
 from synth.encode.samples import Block, SoundFormat, block_bytes
 from synth.encode.sound_metadata import Metadata
 from synth.errors import CannotRender
@@ -46,7 +46,7 @@ class LentStream:
 
 
 class PcmEncoder:
-    """Encodes WAV and raw formats: a header (none for raw), then the samples."""
+    """Encodes WAV and raw formats: the opening of the container, the samples, and the closing (`containers`)."""
 
     def __init__(
         self,
@@ -70,10 +70,8 @@ class PcmEncoder:
         stream.write(self._header)
 
     def _header_for(self, frames: int | None) -> bytes:
-        if self._format.container == "raw":
-            return b""
         reserve = frames is not None or self._seekable
-        return wav_header(self._format, self._sample_rate, self._channels, self._metadata, frames, reserve)
+        return opening(self._format, self._sample_rate, self._channels, self._metadata, frames, reserve)
 
     def write(self, block: Block) -> None:
         """Write `block` [frames, channels]."""
@@ -81,10 +79,10 @@ class PcmEncoder:
         self._frames += len(block)
 
     def finish(self) -> None:
-        """Pad the samples to an even number of bytes, and correct the header if it has another length."""
-        if self._format.container == "raw":
+        """Write the closing, and correct the header if it has another length."""
+        self._stream.write(closing(self._format, self._frames * self._channels * self._format.bytes_per_sample))
+        if not self._header:
             return
-        self._stream.write(padding(self._frames * self._channels * self._format.bytes_per_sample))
         if not self._seekable:
             assert self._promised in (None, self._frames), f"{self._promised} frames promised, {self._frames} written"
             return

@@ -1,8 +1,9 @@
 """Encode float32 blocks as WAV, FLAC and PCM: to files, to bytes, or as endless streams.
 
 STAGE 4 (encode). All functions are pure, except `open_writer`, which writes files.
-Model: every format uses the same rule for integers (`synth.encode.samples`). WAV headers are written here
-    (`synth.encode.riff`), and FLAC by libsndfile (`synth.encode.flac`). Each file contains the scene and the physical
+Model: every format uses the same rule for integers (`synth.encode.samples`). What surrounds the samples is in
+    `synth.encode.containers`. WAV headers are written here (`synth.encode.riff`), and FLAC by libsndfile
+    (`synth.encode.flac`). Each file contains the scene and the physical
     full scale (`synth.encode.sound_metadata`). A file appears only when it is complete (`synth.encode.file_writer`,
     `synth.encode.part_file`). The same blocks give the same bytes: there are no time stamps and no dither.
 Limits: L16 is refused above 48 kHz, the limit of its media type. Raw formats have no metadata. FLAC cannot be streamed.
@@ -13,8 +14,8 @@ from __future__ import annotations
 import io
 from pathlib import Path
 
+from synth.encode.containers import ENDINGS, media_types, opening
 from synth.encode.file_writer import Writer, open_writer
-from synth.encode.riff import wav_header
 from synth.encode.samples import Block, SoundFormat, block_bytes, quantise
 from synth.encode.sound_metadata import Metadata
 from synth.errors import Fault, InvalidRequest, shown
@@ -36,16 +37,6 @@ __all__ = [
 ]
 
 L16_RATE_LIMIT_HZ = 48000  # largest rate of audio/L16 outside RTP (RFC 4856)
-
-# The sample types of each file ending, with the default first.
-ENDINGS: dict[str, dict[str, SoundFormat]] = {
-    ".wav": {"float": SoundFormat.WAV, "pcm16": SoundFormat.WAV16, "pcm24": SoundFormat.WAV24},
-    ".flac": {"pcm24": SoundFormat.FLAC},
-    ".raw": {"float": SoundFormat.F32LE},
-    ".f32": {"float": SoundFormat.F32LE},
-    ".pcm": {"float": SoundFormat.F32LE},
-    ".l16": {"pcm16": SoundFormat.L16},
-}
 
 
 def choose_format(path: str | Path, subtype: str | None = None) -> SoundFormat:
@@ -76,8 +67,8 @@ def media_type(sound_format: SoundFormat, sample_rate: int, channels: int) -> st
             hint = "Request the format wav16 or f32le, or a lower rate."
             allowed = f"at most {L16_RATE_LIMIT_HZ} Hz for audio/L16"
             raise InvalidRequest([Fault("/output/sample_rate", str(sample_rate), allowed, hint)])
-        return f"audio/L16;rate={sample_rate};channels={channels}"
-    return {"wav": "audio/wav", "flac": "audio/flac", "raw": "application/octet-stream"}[sound_format.container]
+        return f"{media_types(sound_format)[0]};rate={sample_rate};channels={channels}"
+    return media_types(sound_format)[0]
 
 
 def encode_all(block: Block, sound_format: SoundFormat, sample_rate: int, metadata: Metadata | None = None) -> bytes:
@@ -89,17 +80,20 @@ def encode_all(block: Block, sound_format: SoundFormat, sample_rate: int, metada
 
 
 def stream_header(
-    sound_format: SoundFormat, sample_rate: int, channels: int, metadata: Metadata | None = None
+    sound_format: SoundFormat,
+    sample_rate: int,
+    channels: int,
+    metadata: Metadata | None = None,
+    frames: int | None = None,
 ) -> bytes:
-    """Return the header of an endless stream of `block_bytes`: an endless WAV header, or nothing for raw formats.
+    """Return the header of a stream of `block_bytes`: a WAV header, or nothing for raw formats.
 
-    Raises InvalidRequest for FLAC, whose header contains the number of frames.
+    frames: number of frames; None for an endless stream.
+    Raises InvalidRequest for FLAC, whose header contains sizes that are known at the end.
     """
     if sound_format is SoundFormat.FLAC:
         streams = ", ".join(kind for kind in SoundFormat if kind is not SoundFormat.FLAC)
         raise InvalidRequest(
             [Fault("/format", "flac", f"{streams} for a stream", "Use wav24: it has the same samples.")]
         )
-    if sound_format.container == "raw":
-        return b""
-    return wav_header(sound_format, sample_rate, channels, metadata, None)
+    return opening(sound_format, sample_rate, channels, metadata, frames)

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from synth.encode.sound_metadata import UNITS
 from synth.errors import CannotRender
+from synth.scene.effects_section import unit_of
 
 if TYPE_CHECKING:
     from synth.plan.plan import Plan
@@ -69,7 +69,7 @@ class Sound:
     @property
     def units(self) -> tuple[str, ...]:
         """The SI unit of each channel."""
-        return tuple(UNITS[quantity] for quantity in self.quantities)
+        return tuple(unit_of(quantity) for quantity in self.quantities)
 
     def spectrum(self) -> tuple[Real, Real]:
         """Return the frequencies (Hz, [lines]) and the peak amplitudes (SI, [lines, channels]) of the whole sound.

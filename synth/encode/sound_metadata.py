@@ -15,23 +15,13 @@ Limits: libsndfile and soundfile show a WAV comment only below 2 kB, but read th
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from synth.scene.effects_section import unit_of
+
 VERSION = 2  # of the JSON text. The first one had no version, and its scenes without a bandwidth had the full band
 
-UNITS: Mapping[str, str] = {
-    "approach": "m",
-    "displacement": "m",
-    "velocity": "m/s",
-    "acceleration": "m/s^2",
-    "force": "N",
-    "tangential_force": "N",
-    "propagated_displacement": "m",
-    "propagated_velocity": "m/s",
-    "propagated_acceleration": "m/s^2",
-}
 FLAC_COMMENT_BYTES = 2**24 - 4096  # a FLAC metadata block counts its bytes in 24 bits, and other entries use some
 
 
@@ -50,7 +40,7 @@ class Metadata:
     """The metadata of a file.
 
     full_scale: SI value of a sample of 1.0, one per channel.
-    quantities: quantity of each channel, one of `UNITS`.
+    quantities: quantity of each channel, such as "acceleration".
     scene: the scene as a JSON document in SI numbers, as `scene_document` makes it. It contains only JSON types; tuples
         would be read back as lists.
     generator: name and version of the program.
@@ -70,7 +60,7 @@ class Metadata:
         NaN or infinity in it is a bug in ridgewave and raises ValueError.
         """
         channels = [
-            {"quantity": quantity, "full_scale": float(full_scale), "unit": UNITS[quantity]}
+            {"quantity": quantity, "full_scale": float(full_scale), "unit": unit_of(quantity)}
             for quantity, full_scale in zip(self.quantities, self.full_scale, strict=True)
         ]
         document = {"version": VERSION, "generator": self.generator, "channels": channels, "scene": self.scene}

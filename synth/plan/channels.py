@@ -27,7 +27,6 @@ from synth.response.spectrum import Complex, Spectrum, curves, error_floor, poin
 from synth.scene.output_section import Channel
 
 APPROACH = "approach"
-UNITS = {APPROACH: "m", "displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 NEARLY = 1.05  # times the tolerance: a smaller error causes no warning, because the error is itself an estimate
 ROUNDING = 6e-8  # rounding to float32, relative to the peak
 PEAK = 0.8  # steady peak with an automatic full scale, as a part of full scale

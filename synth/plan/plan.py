@@ -10,7 +10,6 @@ from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 from synth.effects.effect import Price
-from synth.plan.channels import UNITS
 from synth.plan.effect_choice import LeftOut
 from synth.plan.preparation import Preparation
 from synth.plan.request import N_MAX, harmonics_in_band
@@ -306,7 +305,7 @@ def _channels(solved: Preparation) -> list[dict[str, Any]]:
     return [
         {
             "quantity": channel.quantity,
-            "unit": UNITS.get(channel.quantity) or unit_of(channel.quantity),
+            "unit": unit_of(channel.quantity),
             "full_scale": channel.full_scale,
             "peak_to_peak": channel.extent,
             "reader": readers[channel.quantity],

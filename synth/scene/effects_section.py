@@ -22,6 +22,7 @@ from typing import Any, Protocol
 from pydantic import ValidationError
 
 from synth.scene.finger_section import FIELDS as FINGERS
+from synth.scene.output_section import FULL_SCALE_RANGES
 from synth.scene.rules import MOST_FAULTS, Refusal, Rule, nearest, refusal, refusals_of, refuse, refused
 from synth.scene.section import Section, needs_schema, plain, section_schema
 from synth.scene.texture_registry import kinds
@@ -72,7 +73,10 @@ def effect_names() -> tuple[str, ...]:
 
 
 def unit_of(quantity: str) -> str:
-    """Return the SI unit of `quantity`, which an effect adds as a channel."""
+    """Return the SI unit of the quantity of a channel: one of the scene's own, or one that an effect adds."""
+    own = FULL_SCALE_RANGES.get(quantity)
+    if own is not None:
+        return own.dimension.unit
     return next(effect.units[quantity] for effect in map(declaration, effect_names()) if quantity in effect.units)
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from synth import open_voice, parse_scene
 from synth.encode.formats import Metadata, SoundFormat, encode_all
-from synth.encode.sound_metadata import UNITS
+from synth.scene.effects_section import unit_of
 from synth.scene.scene import scene_document
 from synth.voice.voice import blocks
 from tests.listen.cases import CASES, Sound, rendered
@@ -60,7 +60,7 @@ def written(folder: Path, name: str, about: str, sound: Sound) -> str:
     (folder / f"{name}.wav").write_bytes(encode_all(sound.samples, SoundFormat.WAV, rate, metadata))
     lines = [f"{name}.wav  {len(sound.samples) / rate:g} s at {rate} Hz", *textwrap.wrap(about, 100), HEADER]
     for channel, (quantity, full_scale) in enumerate(zip(sound.quantities, sound.full_scale, strict=True)):
-        lines.append(line(quantity, full_scale, UNITS[quantity], numbers(sound.samples[:, channel], rate)))
+        lines.append(line(quantity, full_scale, unit_of(quantity), numbers(sound.samples[:, channel], rate)))
     return "\n".join(lines) + "\n"
 
 

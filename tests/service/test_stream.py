@@ -53,7 +53,7 @@ def test_the_shortest_streams_are_whole_too(running: Running, duration: float) -
     assert len(answer.content) == 4 * round(duration * RATE) == int(answer.headers["content-length"])
 
 
-@pytest.mark.parametrize("name", ["wav", "wav16", "wav24", "l16", "f32le"])
+@pytest.mark.parametrize("name", [str(kind) for kind in SoundFormat if kind is not SoundFormat.FLAC])
 def test_an_endless_stream_opens_as_its_format_does(running: Running, name: str) -> None:
     session = running.open_session()
     sound_format = SoundFormat(name)

@@ -5,7 +5,7 @@ belongs to the one change in progress, and the page knows which scene is heard. 
 which belongs to the hand, nor the full scale, which is fixed for a stream. */
 
 import { partBetween, same, withField } from "../scene/merge.js";
-import { QUANTITIES } from "../scene/quantities.js";
+import { quantityOf } from "../scene/quantities.js";
 
 const DROPPED = /#problem-too-fast$/;
 const AGAIN = 1100; // ms until the service accepts messages again: it drops those of the rest of a second
@@ -14,7 +14,7 @@ const HEADROOM = 1.25; // over the full scale that the limiter called for: later
 /** Returns `scene` with the full scale of the stream `ready`, so that a further stream is equally loud. Returns `scene`
  *  unchanged if it has several channels. */
 export function withFullScaleOf(ready, scene) {
-  const own = ready?.quantities.filter((quantity) => !QUANTITIES[quantity]?.added) ?? [];
+  const own = ready?.quantities.filter((quantity) => !quantityOf(quantity).added) ?? [];
   if (own.length !== 1 || scene.output?.channels) return scene;
   return withField(scene, ["output", "full_scale"], ready.full_scale[0]);
 }

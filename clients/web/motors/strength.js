@@ -11,7 +11,7 @@ and motors of gamepads do not start below some 0.2.
 Limits: the frequency is lost; masking and temporal summation are neglected. Without a threshold (for a force, or if the
 service has none) the level is relative to a hundredth of full scale. */
 
-import { QUANTITIES } from "../scene/quantities.js";
+import { quantityOf } from "../scene/quantities.js";
 import { FourierTransform } from "../views/fourier_transform.js";
 
 const SPAN = 0.01; // s
@@ -58,7 +58,7 @@ export class MotorStrength {
    *  channel. threshold: answer of `GET /v1/threshold`, or null. */
   constructor({ rate, quantities, fullScale, threshold }) {
     const size = 2 ** Math.max(5, Math.round(Math.log2(WINDOW * rate)));
-    const orders = quantities.map((quantity) => QUANTITIES[quantity]?.order ?? null);
+    const orders = quantities.map((quantity) => quantityOf(quantity).order);
     this.#span = Math.max(1, Math.round(SPAN * rate));
     this.#channels = quantities.length;
     this.#channel = Math.max(

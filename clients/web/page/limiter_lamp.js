@@ -7,7 +7,7 @@ the same hands. If the scene names a full scale, "Rescale" removes it, so that t
 import { byId } from "../dom.js";
 import { withField } from "../scene/merge.js";
 import { showQuantity } from "../scene/units.js";
-import { QUANTITIES } from "../scene/quantities.js";
+import { quantityOf } from "../scene/quantities.js";
 
 const LIT = 1500; // ms after a report; while the limiter acts, reports come every second
 
@@ -41,7 +41,7 @@ export function wireLimiter({ session, state, tell, onRescaled }) {
   });
 }
 
-const asText = ({ full_scale: value, quantity }) => showQuantity(value, QUANTITIES[quantity]?.unit ?? "", 3);
+const asText = ({ full_scale: value, quantity }) => showQuantity(value, quantityOf(quantity).unit, 3);
 
 /** Returns `scene` without its full scales; null if it has none. */
 function withoutScale(scene) {

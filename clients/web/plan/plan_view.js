@@ -4,11 +4,11 @@ Source: the answer of `POST /v1/explain`, or the `plan` of a live session, which
 Limits: settings of effects are not shown; the form shows them. */
 
 import { make } from "../dom.js";
-import { inWords, QUANTITIES } from "../scene/quantities.js";
+import { inWords, quantityOf } from "../scene/quantities.js";
 
 /** Returns the name of a field as text: "contact_growth" -> "contact growth". */
 export function words(name) {
-  return QUANTITIES[name]?.name ?? name.replaceAll("_", " ");
+  return quantityOf(name).name;
 }
 
 /** Returns a number of bytes as text. */
@@ -110,7 +110,7 @@ function contactOf({ stiffness, contact_fraction: touching, rms, sensation_level
   return [
     ...(known(stiffness) ? [["stiffness", inWords(stiffness, "N/m")]] : []),
     ...(known(touching) ? [["contact fraction", shareInWords(touching)]] : []),
-    ...Object.entries(rms ?? {}).map(([name, value]) => [`${words(name)}, rms`, inWords(value, QUANTITIES[name].unit)]),
+    ...Object.entries(rms ?? {}).map(([name, value]) => [`${words(name)}, rms`, inWords(value, quantityOf(name).unit)]),
     ...(known(level) ? [["sensation level", `${Math.round(level)} dB`.replace("-", "−")]] : []),
   ];
 }

@@ -13,7 +13,7 @@ const PREFIXES = [
 
 /** Quantities with name, SI unit and order of the time derivative of displacement; null: not the finger's own motion.
  *  Channels that effects add have `added`. */
-export const QUANTITIES = {
+const QUANTITIES = {
   approach: { name: "approach", unit: "m", order: 0 },
   displacement: { name: "displacement", unit: "m", order: 0 },
   velocity: { name: "velocity", unit: "m/s", order: 1 },
@@ -23,6 +23,11 @@ export const QUANTITIES = {
   propagated_velocity: { name: "propagated velocity", unit: "m/s", order: null, added: true },
   propagated_acceleration: { name: "propagated acceleration", unit: "m/s²", order: null, added: true },
 };
+
+/** Returns {name, unit, order, added} of a quantity. An effect may add one that this page does not know: its unit is "". */
+export function quantityOf(quantity) {
+  return QUANTITIES[quantity] ?? { name: quantity.replaceAll("_", " "), unit: "", order: null, added: true };
+}
 
 /** Returns {factor, prefix} of the SI prefix for numbers of magnitude `size`: 2e-5 -> 1e-6, "µ". */
 export function prefixOf(size) {

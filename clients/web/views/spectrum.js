@@ -6,7 +6,7 @@ f)^2 times. Both axes are logarithmic. Each device pixel shows its largest bin.
 Limits: one channel; a change of the motion is resolved after WINDOW s. A line is 5 bins wide to each side, and the side
 lobes of the window are 90 dB below the largest line. */
 
-import { inWords, QUANTITIES } from "../scene/quantities.js";
+import { inWords, quantityOf } from "../scene/quantities.js";
 import { drawAxes, logAxis } from "./axes.js";
 import { Panel } from "./panel.js";
 import { largestLine, FourierTransform } from "./fourier_transform.js";
@@ -60,8 +60,8 @@ export class Spectrum {
 
   /** The detection threshold as [[Hz, SI value of the quantity]]; empty if there is none. */
   get levels() {
-    const order = QUANTITIES[this.quantity]?.order;
-    if (!this.#threshold || order === null || order === undefined) return [];
+    const { order } = quantityOf(this.quantity);
+    if (!this.#threshold || order === null) return [];
     const { frequencies, displacement } = this.#threshold;
     return frequencies.map((frequency, index) => [frequency, displacement[index] * (2 * Math.PI * frequency) ** order]);
   }
@@ -75,7 +75,7 @@ export class Spectrum {
     const box = { left: 72, top: 40, right: panel.width - 12, bottom: panel.height - 34 };
     const across = logAxis(LOWEST, Math.min(HIGHEST, this.rate / 2), box.left, box.right, "Hz", 48);
     const { low, high } = this.#range(across);
-    const up = logAxis(low, high, box.bottom, box.top, QUANTITIES[this.quantity].unit, 20);
+    const up = logAxis(low, high, box.bottom, box.top, quantityOf(this.quantity).unit, 20);
     const marks = this.#marks(across);
     const key = [low, high, this.quantity, this.#threshold?.name, marks.map((mark) => mark.x.toFixed(1))].join();
     panel.layer(key, () => this.#drawFrame(box, across, up, marks));
@@ -158,7 +158,7 @@ export class Spectrum {
   #drawFrame(box, across, up, marks) {
     const { panel } = this;
     const { context } = panel;
-    const quantity = QUANTITIES[this.quantity];
+    const quantity = quantityOf(this.quantity);
     const name = quantity.name[0].toUpperCase() + quantity.name.slice(1);
     drawAxes(panel, box, across, up, { acrossTitle: "frequency", upTitle: `${name} amplitude` });
     this.#drawMarks(box, marks);
@@ -222,7 +222,7 @@ export class Spectrum {
 
   #tell() {
     const { largest } = this.drawn;
-    const { unit, name } = QUANTITIES[this.quantity];
+    const { unit, name } = quantityOf(this.quantity);
     const frequencies = this.levels.map(([frequency]) => frequency);
     const threshold = between(
       this.levels.map(([, level]) => level),

@@ -6,7 +6,7 @@ interpolated between samples. The scale is the full scale divided by 1, 2, 5, 10
 it is visible.
 Limits: one channel; the last second. Samples are joined by lines, or by their range in each pixel. */
 
-import { inWords, QUANTITIES } from "../scene/quantities.js";
+import { inWords, quantityOf } from "../scene/quantities.js";
 import { drawAxes, linearAxis, roundAbove } from "./axes.js";
 import { Panel } from "./panel.js";
 
@@ -125,7 +125,7 @@ export class Waveform {
     if (!this.#written) return;
     const { panel } = this;
     const { begin, high, low } = this.#begin();
-    const quantity = QUANTITIES[this.quantity];
+    const quantity = quantityOf(this.quantity);
     const peak = Math.max(Math.abs(high), Math.abs(low));
     const by = this.#scaleBy(peak);
     const range = (this.fullScale / by) * ROOM;
@@ -179,7 +179,7 @@ export class Waveform {
   #drawFrame(box, across, up, by) {
     const { panel } = this;
     const { context } = panel;
-    const quantity = QUANTITIES[this.quantity];
+    const quantity = quantityOf(this.quantity);
     const name = quantity.name[0].toUpperCase() + quantity.name.slice(1);
     drawAxes(panel, box, across, up, { acrossTitle: `time (${across.unit})`, upTitle: `${name} (${up.unit})` });
     const full = inWords(this.fullScale, quantity.unit);

@@ -14,14 +14,14 @@ from service.compute.render_steps import check_duration
 from service.http import openapi
 from service.http.chunked_answer import PumpedResponse
 from service.http.content_negotiation import choose_format
-from service.http.paced_stream import Reader, stream_length, stream_opening
+from service.http.paced_stream import Reader, stream_length
 from service.http.rate_limits import KEY
 from service.http.sound_headers import describe, metadata_of
 from service.lifespan import service_of
 from service.operations.metrics import Metrics
 from service.problems import Problem
 from service.sessions.session import Session
-from synth.encode.formats import SoundFormat, media_type
+from synth.encode.formats import SoundFormat, media_type, stream_header
 
 router = APIRouter(tags=["sessions"])
 LEAVING_SECONDS = 0.25  # until a busy service notices that the earlier reader has disconnected
@@ -71,7 +71,7 @@ async def stream(request: Request, session_id: str, parameters: Annotated[Stream
     kind = media_type(sound_format, session.sample_rate, session.channels)
     frames = None if parameters.duration is None else max(1, round(parameters.duration * session.sample_rate))
     metadata = metadata_of(session, session.scene)
-    header = stream_opening(sound_format, session.sample_rate, session.channels, metadata, frames)
+    header = stream_header(sound_format, session.sample_rate, session.channels, metadata, frames)
     headers = describe(session, sound_format)
     if frames is not None:
         headers["Content-Length"] = str(stream_length(sound_format, len(header), session.channels, frames))

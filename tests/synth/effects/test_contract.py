@@ -6,6 +6,7 @@ finite and, live, limited. Effects that a scene does not name are not loaded.
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from dataclasses import asdict
@@ -17,6 +18,7 @@ import pytest
 
 from synth import LiveVoice, open_voice, parse_scene
 from synth.effects.effect import Effect, Kind
+from synth.encode.sound_metadata import Metadata
 from synth.errors import SceneError
 from synth.response_cache import ResponseCache
 from synth.scene.effects_section import declaration, effect_names
@@ -131,6 +133,18 @@ def test_output_is_finite_and_limited(names: tuple[str, ...], scan: dict[str, An
     while not live.finished:
         live.render(80)
     assert not np.any(live.render(80))
+
+
+@pytest.mark.parametrize("name", ALONE)
+def test_a_sound_is_saved_with_the_unit_of_every_channel(name: str) -> None:
+    scene = parse_scene(scene_with(name, **CHANNELS))
+    voice = open_voice(scene, cache=CACHE)
+    metadata = Metadata(voice.full_scale, voice.quantities, {})
+    channels = json.loads(metadata.text())["channels"]
+    assert [one["quantity"] for one in channels] == list(voice.quantities)
+    added = {quantity: unit for quantity, unit in declaration(name).units.items() if quantity in voice.quantities}
+    assert {one["quantity"]: one["unit"] for one in channels}.items() >= added.items()
+    assert len(added) == len(voice.quantities) - 3
 
 
 @every

@@ -37,6 +37,10 @@ every_file = pytest.mark.parametrize(("channels", "file"), paired([1, 2, 3], FIL
 every_count = pytest.mark.parametrize("channels", [1, 2, 3])
 
 
+def test_every_container_is_read_by_others() -> None:
+    assert {kind for kind, _endless in FILES} == {kind for kind in SoundFormat if kind.container != "raw"}
+
+
 def sound(channels: int) -> Block:
     return np.random.default_rng(channels).uniform(-1.0, 1.0, (4801, channels)).astype(np.float32)
 

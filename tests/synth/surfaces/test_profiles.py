@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from synth.scene.texture_registry import kinds
 from synth.surfaces.grating import Grating
 from synth.surfaces.harmonics import Harmonics
 from synth.surfaces.measured import MeasuredProfile
@@ -32,6 +33,11 @@ PROFILES: dict[str, Callable[[float], Profile]] = {
     "profile": lambda phase: MeasuredProfile(HEIGHTS, 50e-6, phase),
 }
 each_kind = pytest.mark.parametrize("made", PROFILES.values(), ids=PROFILES)
+
+
+def test_every_kind_along_a_line_has_a_profile_here() -> None:
+    along = {kind.name for kind in kinds().values() if not kind.of_area}
+    assert {made(0.0).kind for made in PROFILES.values()} == along
 
 
 def places_in(profile: Profile, count: int = 20_000) -> np.ndarray:
