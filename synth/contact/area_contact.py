@@ -1,12 +1,12 @@
 """Fingers on a height field: which cells they have, and the contact of a comb of ridges over an area.
 
 Stage   CONTACT.
-Model   The heights of a fingertip are those of `fingertip`. A comb is its ridges over a length L and, as eq. 4 takes
-        it, a width L: h1 = -a1 cos(2 pi x / lambda1), the same across. Both are divided into cells of one size with
-        the texture, and `area_grid` solves eq. 1 as a sum over the cells, with k of eqs 4-5.
+Model   The heights of a fingertip are those of `fingertip`. A comb covers a length L and, as in eq. 4, a width L. Its
+        heights are h1 = -a1 cos(2 pi x / lambda1) and do not vary across. The finger is divided into cells, the texture
+        into cells of nearly the same size. `area_grid` solves eq. 1 as a sum over the cells, with k of eqs 4-5.
 Source  Fagiani & Barbieri (2016), eqs 1, 2, 4, 5. The lattice is this project's.
-Limits  The size of the cells follows from the ridges and from the shortest wave of the texture, until there are
-        MOST_CELLS; finer waves are then felt through their mean over a cell.
+Limits  The size of the cells follows from the ridges and from the shortest wave of the texture, but there are at most
+        MOST_CELLS. Shorter waves then count only by their mean over a cell.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ from synth.errors import Fault, SceneError
 from synth.surfaces.height_field import HeightField
 from synth.surfaces.ridge_field import turned_back
 
-CELLS_A_WAVE = 8  # of the texture, along and across
-CELLS_A_RIDGE = 12  # the same of the ridges, which may lie in any direction
-FEWEST_CELLS = 24  # over the length of a finger
+CELLS_A_WAVE = 8  # per wave of the texture, along and across
+CELLS_A_RIDGE = 12  # per ridge, along and across, since ridges may lie in any direction
+FEWEST_CELLS = 24  # over the length or the width of a finger, whichever is shorter
 MOST_CELLS = 1 << 20  # of a finger: 16 MB
-MOST_SMALLER = 5 << 20  # of a finger of a file, whose cells are smaller than usual: 84 MB
+MOST_SMALLER = 5 << 20  # of a finger whose cells are smaller than usual, for a file: 84 MB
 CELLS_TOGETHER = 1 << 18  # that are computed together: 2 MB an array
-NARROW = 1e-4  # of the larger size of a cell: a smaller one across an edge counts as this
-SETTLES = 0.25  # part of the error that remains with cells half as large: they are of second order
-COARSEST = 4.0  # times as large the cells may be to hold the texture in memory; on a fingertip 3 a ridge
+NARROW = 1e-4  # least extent of a cell across an edge, relative to its other extent: `beside_edge` divides by it
+SETTLES = 0.25  # part of the error that remains when the cells are halved: the error is of second order
+COARSEST = 4.0  # largest factor on the cells that keeps the texture in memory; a fingertip then has 3 cells per ridge
 GRIDS_KEPT = 4  # a scene is prepared more than once
-SMALLER_KEPT = 2  # a file takes the last two sizes of its cells at several loads, up to 80 MB each
+SMALLER_KEPT = 2  # a file solves the last two sizes of its cells at several loads; up to 80 MB each
 
 T = TypeVar("T", bound=Contact)
 Heights = Callable[[Array, Array], Array]
@@ -58,10 +58,10 @@ def lattice_step(
     ridge: period of its ridges, m.
     coarser: factor on both sizes.
 
-    A period across is whole steps, or a step whole periods: the mean over those does not vary across.
+    A period across is a whole number of steps, or a step is a whole number of periods, whose mean does not vary across.
     Raises SceneError if the texture would take more than MOST_PLACES with cells COARSEST times as large.
     """
-    tall = math.pi * (texture.extent[1] - texture.extent[0])  # over the slope: the period of a sinusoid
+    tall = math.pi * (texture.extent[1] - texture.extent[0])  # divided by the slope: period of a sinusoid
     own = max(CELLS_A_RIDGE / ridge, FEWEST_CELLS / min(size))
     wanted = [
         max(own, CELLS_A_WAVE * slope / tall if tall > 0.0 else 0.0)
@@ -102,14 +102,14 @@ def finger_grid(
     """Return the cells of a finger.
 
     heights: heights (m) at every pair of x and y (m) from its middle: [len(x), len(y)], also beyond its edge.
-    shares: of cells of a size along and across (m) that belong to the finger; x and y: of their middles (m, any shape).
+    shares: share of each cell that belongs to the finger, at x and y of its middle (m, any shape) and its size (m).
     size: length and width that the cells must cover, m.
-    widest: the largest of these at any direction of the finger, m.
+    widest: the largest length that they must cover at any direction of the finger, m.
     step: as of `lattice_step`.
     middle: place of the middle of the finger, x and y, m.
     area: A0, m^2.
     scale: m.
-    coarser: factor on the size of the cells, of `step`.
+    coarser: factor on the size of the cells, already included in `step`.
     """
     own = step[0], ROW * step[1]
     columns, rows = (math.ceil(whole / one) + 1 for whole, one in zip(size, own, strict=True))
@@ -134,7 +134,7 @@ class CombOnArea(Contact):
     stiffness: of eqs 4-5 at L.
     line: where the comb stands.
     coarser: factor on the size of the cells.
-    refines: whether `refined` makes them smaller, as files need it.
+    refines: whether `refined` makes them smaller, which files require.
     """
 
     of_one_line = False
@@ -145,7 +145,7 @@ class CombOnArea(Contact):
 
     @cached_property
     def grid(self) -> PhaseSolver:
-        """Its points; the profile of its geometry is a height field."""
+        """Its cells; the profile of its geometry must be a height field."""
         made = comb_grid if self.coarser >= 1.0 else smaller_grid
         return made(self.geometry, self.line, self.coarser)
 
@@ -179,9 +179,9 @@ class CombOnArea(Contact):
 
 @lru_cache(GRIDS_KEPT)
 def comb_grid(geometry: Geometry, line: Line = MIDDLE, coarser: float = 1.0) -> AreaGrid:
-    """Return the cells of a comb on the height field of `geometry`, whose x begins where a comb along x begins.
+    """Return the cells of a comb on the height field of `geometry`; x = 0 is where a comb along x begins.
 
-    line: where its middle stands across, and its direction.
+    line: position of its middle across, and its direction.
     coarser: factor on the size of the cells.
     """
     texture, length = geometry.profile, geometry.contact_length
@@ -209,9 +209,9 @@ def beside_edge(distance: Array, along: float, across: float) -> Array:
     """Return the share of a cell on the inner side of a straight edge.
 
     distance: of its middle from the edge, m; positive inside.
-    along, across: its sizes in the direction of that distance, m, of any sign.
+    along, across: extents of its two sides in the direction of that distance, m, of any sign.
 
-    The distances of the places of a cell are the sum of two that are equally distributed.
+    Over the cell, the distance from the edge is the sum of two uniformly distributed distances.
     """
     wide, narrow = sorted((0.5 * abs(along), 0.5 * abs(across)), reverse=True)
     narrow = max(narrow, NARROW * wide)

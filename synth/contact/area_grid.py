@@ -1,22 +1,23 @@
-"""The approach z of a finger on a height field, as a sum over cells of both.
+"""The approach z of a finger on a height field, from a sum over cells of the finger.
 
-Model   The finger is divided into square cells. z solves
+Model   The finger is divided into rectangular cells. z solves
 
             F(z) = sum over the cells of M(h1 + h2(x - p, y - q) - z, s) b dA / A0 = w / k
 
         h1 and h2 are the means of finger and texture over a cell. h2 is bilinear between the places of `area_texture`.
-        Within a cell the gap is a plane: it takes all values from -s to s about its mean u equally often, where 2 s is
-        the length of the vector of its changes over the cell along and across, those of finger and texture added. So
+        Within a cell the gap is a plane, whose values are taken as uniformly distributed from u - s to u + s. u is the
+        mean. 2 s is the length of the vector of the gap's changes over the cell along and across. So
 
             M(u, s) = 0 for u < -s,   (u + s)^2 / (4 s) between,   u for u > s
 
         is the mean of max(gap, 0) over a cell. b is the share of the cell that belongs to the finger: it is below 1 at
-        hard edges. Each row of cells is moved by a part of a cell against the one before,
-        and rows of the finger are not as far apart as those of the texture. The errors of the bilinear heights
-        therefore differ from row to row, and do not add up.
-        Cells stand in blocks of WIDE along the scan, the highest blocks first. A block whose highest cell, on the
-        highest place of the texture under it, is below z cannot touch, and is not read. As the finger turns by a part
-        of a degree, the blocks move about its middle, and the heights of their cells change with their slope.
+        hard edges. Each row of cells is shifted by a fraction of a cell against the one before, and the rows of the
+        finger are closer together than those of the texture. The errors of the bilinear heights therefore differ from
+        row to row, and do not add up.
+        Cells are grouped into blocks of WIDE along the scan, the highest blocks first. A block cannot touch, and is not
+        read, where its highest cell on the highest place of the texture under it would be below z. When the finger
+        turns by a fraction of a degree, the blocks move about its middle, and the heights of their cells are corrected
+        by the slope of the finger.
 Source  Fagiani & Barbieri (2016), eq. 1. The cells are this project's.
 Limits  Against the integral, with 12 cells per ridge, at 80 mm/s and up to 1 kHz: acceleration errs by 2 to 12 % of its
         peak-to-peak on dots, displacement by 0.04 to 0.7 %. Cells half as large err by a third to a tenth of that. z
@@ -36,18 +37,18 @@ from synth.contact.area_texture import Floats, Indices, StoredTexture
 from synth.contact.exact_solver import Approaches
 
 NOWHERE = -1e30  # height of a cell of a block at which there is no finger
-BESIDE = 4  # columns of heights beyond the finger, from which those of its cells are interpolated
-GOLDEN = 0.618033988749895  # by which each row is moved against the one before, cells
-FARTHEST = 600.0  # cells: blocks that would move farther as the finger turns by 0.01 rad would leave the stored texture
-CELLS_A_CELL = 30  # of A0, whose work is that of a cell of the exact solver: what lies beyond A0 hardly touches
+BESIDE = 4  # columns of heights on each side of the finger, for the interpolation of its shifted rows
+GOLDEN = 0.618033988749895  # shift of each row against the one before, cells
+FARTHEST = 600.0  # cells per rad, largest `arms`: with more, a turn by 0.01 rad would leave the stored texture
+CELLS_A_CELL = 30  # cells within A0 that cost as much as a cell of the exact solver; cells beyond A0 hardly touch
 
 
 class FingerRows:
-    """The cells of a finger, row by row, and by how much of a cell each row is moved.
+    """The cells of a finger, row by row, and the shift of each row.
 
     cells: float32 [4, rows, whole blocks], as in `AreaGrid`; at first the height is NOWHERE and all else 0.
     columns: number of cells in a row.
-    moved: [rows], cells.
+    moved: shift of each row, cells [rows].
     """
 
     def __init__(self, rows: int, columns: int) -> None:
@@ -59,9 +60,9 @@ class FingerRows:
     def put(self, first: int, finger: Array, shares: Array) -> None:
         """Put the cells of the rows from `first` on.
 
-        finger: heights at the middles of the cells, relative to the scale of the solver, and of BESIDE more columns and
-            one more row on each side.
-        shares: of each cell, that belong to the finger, 0 to 1 [rows, columns].
+        finger: heights at the middles of the cells, and of BESIDE more columns and one more row on each side, relative
+            to the scale of the solver.
+        shares: share of each cell that belongs to the finger, 0 to 1 [rows, columns].
         """
         end = first + len(shares)
         found = shifted(means_and_slopes(finger), self.moved[first:end])
@@ -77,14 +78,14 @@ class AreaGrid:
     tops: float32 [blocks], the highest top of the cells of each block, falling.
     places: [blocks, 2], column and row of the first cell of each block on the lattice of the texture, which has
         BEFORE columns before x = 0.
-    arms: [blocks + 1, 2], how far each block moves along and across as the finger turns, cells per rad; last: how far
-        the finger then moves across under a cell, against the one before.
+    arms: [blocks + 1, 2], distance by which each block moves along and across as the finger turns, cells per rad. Last:
+        the same for the shift of the finger across, from one cell of a block to the next.
     finger: float32 [blocks, 4, WIDE], mean height of each cell, its change over the cell along and across, and the
         share of the cell that belongs to the finger.
     texture: on the same lattice.
-    cell: area of a point, relative to A0.
+    cell: area of a cell, relative to A0.
     height_scale: m.
-    begin: x and y of the first point of the finger, in periods of the texture.
+    begin: x and y of the first cell of the finger, in periods of the texture.
     """
 
     tops: Floats
@@ -106,7 +107,7 @@ class AreaGrid:
 
         rows: the cells of the finger.
         begin: x and y of its first cell, m.
-        texture: with the same size of a cell and the same scale.
+        texture: stored with the same size of a cell and the same scale.
         cell: area of a cell, relative to A0.
         scale: m.
         """
@@ -165,7 +166,7 @@ class AreaGrid:
 
         phases, across: how far the texture has moved along and across, in periods.
         indentation, guess: as in `solve`.
-        turns: by which the finger is turned from its direction, rad; None: it is not.
+        turns: angle by which the finger is turned from its direction, rad; None: 0.
         """
         count = len(phases)
         height, touching, iterations = np.empty(count), np.empty(count), np.zeros(count, dtype=np.int64)
@@ -193,7 +194,7 @@ class AreaGrid:
 
 
 def means_and_slopes(heights: Array) -> Array:
-    """Return the mean over each cell, and its changes over it along and across [3, rows, columns].
+    """Return the mean height of each cell, and the changes of height over it along and across [3, rows, columns].
 
     heights: at the middles of the cells, and of one more on each side [rows + 2, columns + 2].
     The mean is that of the parabolas through the neighbours in both directions.
@@ -205,7 +206,7 @@ def means_and_slopes(heights: Array) -> Array:
 
 
 def shifted(values: Array, moved: Array) -> Array:
-    """Return rows of `values` at places `moved` columns on, by polynomials through 2 BESIDE - 1 neighbours.
+    """Return each row of `values` at places `moved` columns further on, by polynomials through 2 BESIDE - 1 neighbours.
 
     values: [..., rows, columns + 2 (BESIDE - 1)].
     moved: [rows], -0.5 to 0.5.

@@ -3,17 +3,17 @@
 Stage   CONTACT.
 Model   F(p, z) = sum over the points of the finger of max(h1 + h2(x - p, y - q) - z, 0) dA / A0
 
-        The texture is cut into layers at heights l_j, `step` apart. Each place of it belongs to the two layers next to
-        its height h2, in shares T_j that keep h2. With the levels z_k at multiples of `step`, too,
+        The texture is cut into layers at heights l_j, `step` apart. Each place of it is split between the two layers
+        next to its height h2, in shares T_j whose mean height is h2. The levels z_k are multiples of `step`, too. Then
 
             F(p, z_k) = sum over j of the correlation of T_j with A_(k - j),   A_m = max(h1 - m step, 0) dA / A0
 
-        so F at all places is one product of Fourier series per level and layer. A_m grows from A_(m + 1) by the points
-        between the two levels. Layers are means over cells of the lattice, and points are shared among their neighbours
-        on it; both are divided out of the Fourier series.
+        so F at all places is one product of Fourier series per level and layer. A_m is updated from A_(m + 1), and only
+        the points between the two levels are added. A layer is averaged over cells of the lattice, and a point is
+        spread over the places around it. The Fourier series are divided by the gains of both.
 Source  Fagiani & Barbieri (2016), eq. 1, on the points of `area_grid`. The layers are this project's.
-Limits  max(h - z, 0) is convex in h2, so two layers in place of h2 never make F smaller. They add between nothing and
-        half of its second difference over the levels, and a twelfth where heights are evenly spread within a layer.
+Limits  max(h - z, 0) is convex in h2, so two layers in place of h2 never make F smaller. They add at most half of the
+        second difference of F over the levels, and a twelfth of it where heights are uniformly distributed in a layer.
         Waves shorter than two places of the lattice are left out.
 """
 
@@ -38,11 +38,11 @@ Numbers = np.ndarray[Any, np.dtype[np.int64]]
 Complex = np.ndarray[Any, np.dtype[np.complex64]]
 Work = Callable[[int, int], object]
 
-SAMPLES = 2  # of the texture per cell of the lattice or of the finger, in both directions; with 4 the error stays
+SAMPLES = 2  # of the texture per cell of the lattice, and per cell of the finger; with 4 the error is the same
 GAUSS = np.array([[-1.0, -1.0, 1.0, 1.0], [-1.0, 1.0, -1.0, 1.0]]) / math.sqrt(12.0)  # along and across, cells
 BATCH = 4  # levels that are computed together: the series are read from memory once for all of them
-AFRESH = 12  # work of adding a point again, over that of a place of the images in going down by a level
-SPREAD = 32  # depth below the top over the distance of two levels: F is nearly a power of the depth
+AFRESH = 12  # work of adding one point again, relative to that of taking one place of the images down by one level
+SPREAD = 32  # deep levels are 1/SPREAD of their depth below the top apart, since F is nearly a power of the depth
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +52,7 @@ class LayerPlan:
     places: of the lattice along and across, per period.
     step: between layers.
     stride: steps between the first levels.
-    top: the first level; nothing is as high.
+    top: the first level, above all points.
     first: the lowest layer that can touch at the lowest level.
     layers: number of layers.
     """
@@ -73,7 +73,7 @@ class LayerPlan:
         return cls(places, step, stride, top, first, math.floor(high / step) + 2 - first)
 
     def batches(self) -> Iterator[Numbers]:
-        """Yield BATCH more levels, from the top down. It never ends."""
+        """Yield the levels from the top down, BATCH at a time. The iterator never ends."""
         level = self.top
         while True:
             levels = []
@@ -83,7 +83,7 @@ class LayerPlan:
             yield np.array(levels)
 
     def batches_down_to(self, lowest: float) -> list[Numbers]:
-        """Return the batches of which the last one reaches `lowest`."""
+        """Return the batches from the top down to the first one that reaches `lowest`."""
         found = []
         for levels in self.batches():
             found.append(levels)
@@ -92,7 +92,7 @@ class LayerPlan:
         return found
 
     def images(self, levels: Numbers) -> Numbers:
-        """Return the levels of the images of the finger that belong to each of `levels` and each layer."""
+        """Return the level of the image of the finger for each of `levels` and each layer [levels, layers]."""
         return np.asarray(levels[:, np.newaxis] - self.first - np.arange(self.layers))
 
     def samples(self, grid: AreaGrid) -> tuple[int, int]:
@@ -121,7 +121,7 @@ class AreaLayers:
     series: of the layers, complex64 [layers, rows, columns / 2 + 1].
     x, y: of the points of the finger, in places of the lattice.
     heights: of these points, falling.
-    shares: of these points, as of the cells that they stand for.
+    shares: of these points, the same as of their cells.
     """
 
     grid: AreaGrid
@@ -141,7 +141,10 @@ class AreaLayers:
         return cls(grid, plan, layer_series(grid, plan, workers), x * columns, y * rows, heights, shares, workers)
 
     def batches(self) -> Iterator[tuple[Numbers, Floats]]:
-        """Yield BATCH more levels from the top down, and F (m) there, float32 [BATCH, rows, columns]. It never ends."""
+        """Yield the levels from the top down, BATCH at a time, and F (m) there, float32 [BATCH, rows, columns].
+
+        The iterator never ends.
+        """
         from scipy.fft import irfft2
 
         columns, rows = self.plan.places
@@ -155,12 +158,12 @@ class AreaLayers:
 
 @dataclass(slots=True)
 class FingerSeries:
-    """Fourier series of the images of the finger, as long as they are needed.
+    """A cache of the Fourier series of the finger's images, which drops those that are no longer needed.
 
     series: complex64 [slots, rows, columns / 2 + 1].
     kept: slot of each level that is kept.
     free: the other slots.
-    image: of one level [rows, columns].
+    image: memory for the image of one level [rows, columns].
     """
 
     layers: AreaLayers
@@ -172,13 +175,13 @@ class FingerSeries:
 
     @classmethod
     def of(cls, layers: AreaLayers) -> FingerSeries:
-        """Return the series above the highest point: none."""
+        """Return an empty cache."""
         image = np.empty(layers.plan.places[::-1], np.float32)
         series = np.empty((0, *layers.series.shape[1:]), np.complex64)
         return cls(layers, FingerImages.of(layers), series, {}, [], image)
 
     def slots(self, wanted: Numbers) -> Numbers:
-        """Return the slots of the `wanted` levels of any shape. Levels above them are given up."""
+        """Return the slots of the `wanted` levels (any shape). Levels above all of these are dropped."""
         from scipy.fft import rfft2
 
         levels, at = np.unique(wanted, return_inverse=True)
@@ -198,13 +201,13 @@ class FingerSeries:
 
 @dataclass(slots=True)
 class FingerImages:
-    """The sums of max(h1 - m step, 0) / step over the points near each place, level m by level from the top down.
+    """The sums of max(h1 - m step, 0) / step over the points near each place, at one level m after the other.
 
     corner: column and row of the first place of the images.
     level: m.
     used: number of points above the level.
-    above: these points, and the shares in the level above of those between [rows, columns].
-    rest: the shares in this level [rows, columns].
+    above: sums of min(n, 1) over these points, each of which is n steps above the level [rows, columns].
+    rest: sums of 1 - min(n, 1) [rows, columns].
     sums: [rows, columns].
     """
 
@@ -218,7 +221,7 @@ class FingerImages:
 
     @classmethod
     def of(cls, layers: AreaLayers) -> FingerImages:
-        """Return the images above the highest point."""
+        """Return the images at a level above the highest point: all are zero."""
         x, y = np.floor(layers.x), np.floor(layers.y)
         corner = int(x.min()) - 1, int(y.min()) - 1
         spans = int(y.max()) - corner[1] + TAPS - 1, int(x.max()) - corner[0] + TAPS - 1
@@ -227,7 +230,7 @@ class FingerImages:
         return cls(layers, corner, level, 0, *(np.zeros(shape) for _ in range(3)))
 
     def reach(self, level: int) -> None:
-        """Go down to `level`: ring by ring, or afresh where that is less work."""
+        """Go down to `level`: step by step, or by adding all points again where that is less work."""
         heights = self.layers.heights
         end = int(np.searchsorted(-heights, -level * self.layers.plan.step, side="right"))
         if (self.level - level) * self.sums.size > AFRESH * end:
@@ -242,7 +245,7 @@ class FingerImages:
             self._add(slice(self.used, after), self.level - 1)
 
     def _add(self, points: slice, level: int) -> None:
-        """Add points that are above `level`, and are not yet in the images, and go there."""
+        """Add points that are above `level` and not yet in the images, and set the level."""
         layers = self.layers
         x, y = layers.x[points] - self.corner[0], layers.y[points] - self.corner[1]
         heights = layers.heights[points] / layers.plan.step - level
@@ -253,7 +256,7 @@ class FingerImages:
 def finger_points(grid: AreaGrid) -> tuple[Array, Array, Array, Array]:
     """Return x and y (periods of the texture), height and share of points of the finger, the highest first.
 
-    Each cell has the four points of Gauss's rule: the variance of the gap over them is that over the cell.
+    Each cell has the four points of Gauss's rule. Over them the gap has the same variance as over the cell.
     """
     there = grid.finger[:, 0] > 0.5 * NOWHERE
     mean, along, across, share = (grid.finger[:, n][there].astype(np.float64) for n in range(4))
@@ -268,9 +271,9 @@ def finger_points(grid: AreaGrid) -> tuple[Array, Array, Array, Array]:
 
 
 def layer_series(grid: AreaGrid, plan: LayerPlan, workers: int) -> Complex:
-    """Return the Fourier series that give F (m) with those of the images [layers, rows, columns / 2 + 1].
+    """Return the Fourier series that, times those of the images, give F (m) [layers, rows, columns / 2 + 1].
 
-    They are conjugate, as those of a correlation.
+    They are complex conjugates, because F is a correlation.
     """
     from scipy.fft import rfft2
 
@@ -289,7 +292,7 @@ def layer_series(grid: AreaGrid, plan: LayerPlan, workers: int) -> Complex:
 
 
 def passed(frequencies: Array, fine: int) -> Array:
-    """Return what the shares of points, and of `fine` samples per cell, leave of each of `frequencies` (per cell)."""
+    """Return the gain at each of `frequencies` (per cell) of averaging `fine` samples per cell and spreading points."""
     moved = np.arange(1 - fine, fine)[:, np.newaxis]
     tent = np.sum((fine - np.abs(moved)) * np.cos(2.0 * np.pi * moved / fine * frequencies), axis=0) / fine**2
     return np.asarray(tent * np.sinc(frequencies) ** TAPS)

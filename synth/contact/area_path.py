@@ -1,13 +1,13 @@
 """z of a finger that moves and turns over a height field.
 
 Stage   CONTACT.
-Model   The cells of a finger are known at directions TURN_STEP apart, beginning with that of the contact's line. At a
+Model   The cells of a finger are prepared at directions TURN_STEP apart, counted from that of the contact's line. At a
         direction between two of these, the blocks of the nearer one are moved about the middle of the finger
-        (`area_grid`). In the OVERLAP halfway between both, one fades into the other. The most recently used directions
-        are kept.
+        (`area_grid`). In the OVERLAP halfway between both, z is solved for both and cross-faded. The most recently used
+        directions are cached.
 Source  Fagiani & Barbieri (2016), eq. 1. The directions are this project's.
-Limits  Halfway between two directions z of square dots differs by 1 % of its peak-to-peak at most from that of cells of
-        its own direction. A new direction takes the time of some hundred solutions.
+Limits  Halfway between two directions, z of square dots differs from that of cells prepared at that direction by at
+        most 1 % of its peak-to-peak. To prepare a new direction takes the time of some hundred solutions.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from synth.contact.stiffness import Stiffness
 from synth.surfaces.height_field import HeightField
 
 TURN_STEP = math.radians(1.0)  # between two directions
-OVERLAP = 0.1  # of TURN_STEP, in which z is solved for both: with less, the change between lattices is heard as a step
-DIRECTIONS = 32  # grids in memory, about 1 MB each: a hand that turns back and forth meets them again
-FEW_DIRECTIONS = 4  # the same of smaller cells, up to 20 MB each: a file meets two at a time
+OVERLAP = 0.1  # of TURN_STEP: here z is solved for both; with less, the change between lattices is heard as a step
+DIRECTIONS = 32  # grids in memory, about 1 MB each: a hand that turns back and forth reuses them
+FEW_DIRECTIONS = 4  # the same with smaller cells, up to 20 MB each: a file uses two at a time
 
 
 class AreaContact(Protocol):
@@ -68,7 +68,7 @@ class AreaContact(Protocol):
 
 
 def coarsened(contact: AreaContact, coarser: float) -> Any:
-    """Return `contact`, a dataclass, with its cells `coarser` times as large."""
+    """Return `contact`, a dataclass, with cells `coarser` times as large as usual."""
     if contact.coarser == coarser:
         return contact
     return replace(contact, coarser=coarser)  # type: ignore[type-var]
@@ -82,7 +82,7 @@ def turned(contact: AreaContact, angle: float) -> Any:
 
 @dataclass(frozen=True, slots=True)
 class _Turned:
-    """A contact at one of its directions, counted from its own."""
+    """A contact at `number` times TURN_STEP from its own direction."""
 
     key: Hashable
     number: int

@@ -1,8 +1,9 @@
 """The kernels of `area_grid`: which blocks of a finger can touch, the sums over their cells, and Newton's method.
 
-Model   See `area_grid`. A block is WIDE cells along the scan. `lay_blocks` writes the tops and the widths of the cells
-        of the blocks that can be above a height. From then on z only rises, so a block without a cell above it is not
-        read again. The steps are taken in float32; the last ones, in float64, do not depend on where the first began.
+Model   See `area_grid`. A block is WIDE cells along the scan. For the blocks that can be above a given height,
+        `lay_blocks` writes the top and the range of heights of every cell. From then on z only rises, so a block that
+        has no cell above z is not read again. The first steps are taken in float32. The last ones are taken in float64,
+        and do not depend on where the solver started.
 Source  Fagiani & Barbieri (2016), eq. 1.
 Limits  MOST_STEPS was never reached in the tests.
 """
@@ -16,26 +17,25 @@ import numpy as np
 from synth.kernels import inlined, inner, signed_kernel, summing
 
 WIDE = 32  # cells of a block, along the scan
-BEFORE = 8  # columns of a texture before x = 0: a finger that turns about its lattice reaches beyond it
+BEFORE = 8  # columns of a texture that are stored before x = 0: a turned finger reaches them
 ROW = 0.97  # distance of the rows of a finger, in rows of the texture; see `area_grid`
-FIRST = 0.02  # of the scale: how far below the highest place that could touch Newton's method first tries to start
-ROUGH, SETTLED = 1e-3, 1e-6  # of the scale: steps in float32 and in float64 end after one this small
+FIRST = 0.02  # of the scale: cells are first read down to this margin below the expected z, or below the highest place
+ROUGH, SETTLED = 1e-3, 1e-6  # of the scale: Newton's method in float32, and in float64, ends after a step this small
 EMPTY = 1e-14  # of the scale, summed over the cells: smaller targets count as none, and z is the highest place
 LEAST = 1e-7  # of the scale: added to the range of a cell, so that it is never 0
 MOST_STEPS = 60  # never reached in the tests; limits the time per place
 PIECES = "f4[::1], f8[:,::1], f8[:,::1], f4[::1], f4[::1], f4[:,::1], i8[::1], f8, f8"  # `AreaGrid.pieces`
 ROWS, FINER_X, FINER_Y, STRIDE, SPAN = range(5)  # entries of `shape`
-Place = (
-    np.uint64
-)  # a place in an array: Numba asks of other numbers whether they are below 0, which takes five times as long
-FINGER, LAID = Place(4 * WIDE), Place(3 * WIDE)  # numbers of a block in `finger` and in `laid`
-SECOND, THIRD, FOURTH = Place(WIDE), Place(2 * WIDE), Place(3 * WIDE)  # where the later ones of each cell begin
+Place = np.uint64  # an unsigned index: with a signed one Numba checks for negative indices, which is five times slower
+FINGER, LAID = Place(4 * WIDE), Place(3 * WIDE)  # numbers per block in `finger` and in `laid`
+SECOND, THIRD, FOURTH = Place(WIDE), Place(2 * WIDE), Place(3 * WIDE)  # offset of the second to fourth row of a block
 
 
 @inlined
 def place_of(cells, finer):
-    """Return the cell, the place in the cell, and the distance from that place to the next, `cells` from the first.
+    """Return the cell, the last place in it up to a position, and the fraction of the way from there to the next place.
 
+    cells: the position, in cells from the first.
     finer: places per cell, a power of two.
     """
     at = cells * finer
@@ -46,11 +46,12 @@ def place_of(cells, finer):
 
 @inlined
 def lay_block(texture, near, beside, far, across, fx, fy, per_x, per_y, lean, finger, own, laid, to):
-    """Write top, range and share over range of the cells of a block.
+    """Write top, range, and share divided by range, of the cells of a block.
 
-    near, beside, far, across: where the rows of the texture begin between which the cells lie.
-    lean: how far the finger under each cell of the block lies farther across than under the one before, cells.
-    own, to: where the block begins in `finger` and in `laid`.
+    near, beside, far, across: indices in `texture` of the four places around the first cell: at it or before, the next
+        one along, the next one across, and the next one in both directions.
+    lean: shift of the finger across from one cell of the block to the next, cells.
+    own, to: index of the block in `finger` and in `laid`.
     """
     half, middle = np.float32(0.5), np.float32(0.5 * (WIDE - 1))
     for number in range(WIDE):
@@ -70,7 +71,7 @@ def lay_block(texture, near, beside, far, across, fx, fy, per_x, per_y, lean, fi
 
 @inner
 def lay_blocks(tops, places, arms, finger, texture, crests, shape, per, highest, x, y, turn, floor, laid):
-    """Write the cells of the blocks that can be above `floor`, and return how many blocks there are."""
+    """Write the cells of the blocks that can be above `floor`, and return the number of these blocks."""
     rows, finer_x, finer_y, stride, span = shape[ROWS], shape[FINER_X], shape[FINER_Y], shape[STRIDE], shape[SPAN]
     per_x, per_y, read = np.float32(finer_x), np.float32(finer_y * ROW), 0
     lean, a_row = np.float32(turn * arms[len(tops), 0]), 1.0 / rows
@@ -123,9 +124,9 @@ def highest_tops(texture, shape, tops):
 
 @summing
 def block_sums(laid, first, z):
-    """Return the sums over a block of the mean of max(h - z, 0), and of the part above z, of each cell by its share.
+    """Return two sums over the cells of a block, in float32: the mean of max(h - z, 0), and the part above z.
 
-    In float32.
+    Each cell is weighted by its share.
     """
     zero, half = np.float32(0.0), np.float32(0.5)
     area, part = zero, zero
@@ -155,9 +156,9 @@ def exact_block_sums(laid, first, z):
 
 @inner
 def sums_of(laid, left, blocks, z):
-    """Return both sums over all blocks, roughly, and how many blocks are above z.
+    """Return both sums over the blocks to be read, in float32, and the number of blocks above z.
 
-    left: numbers of the blocks to read; those below z are taken out, since z only rises.
+    left: numbers of the blocks to read; those below z are removed, since z only rises.
     """
     area, part, level, kept = 0.0, 0.0, np.float32(z), 0
     for k in range(blocks):
@@ -172,7 +173,7 @@ def sums_of(laid, left, blocks, z):
 
 @inner
 def rough_sums(laid, blocks, z):
-    """Return both sums over all blocks, roughly."""
+    """Return both sums over all blocks, in float32."""
     area, part, level = 0.0, 0.0, np.float32(z)
     for k in range(blocks):
         some, touching = block_sums(laid, Place(k) * LAID, level)
@@ -194,7 +195,7 @@ def exact_sums(laid, left, blocks, z):
 
 @inner
 def highest_place(tops, places, arms, finger, texture, crests, shape, per, highest, x, y, turn, laid):
-    """Return the highest place of the cells."""
+    """Return the highest place of all cells: z where there is no load."""
     margin = FIRST
     while True:
         floor = tops[0] + highest - margin
@@ -212,7 +213,7 @@ def highest_place(tops, places, arms, finger, texture, crests, shape, per, highe
 def newton(laid, left, blocks, level, change, target, steps):
     """Return z, the part of the cells that touches, and the steps, from a `level` at or below z.
 
-    change: of the step that led there; Newton's method squares it.
+    change: size of the step that led there; the convergence is quadratic.
     """
     while change > ROUGH and steps < MOST_STEPS:
         area, part, blocks = sums_of(laid, left, blocks, level)
@@ -225,7 +226,7 @@ def newton(laid, left, blocks, level, change, target, steps):
     for _step in range(MOST_STEPS):
         area, part = exact_sums(laid, left, blocks, level)
         steps += 1
-        if part == 0.0:  # rounded onto the highest place
+        if part == 0.0:  # z was rounded onto the highest place
             level -= ROUGH
             continue
         change = (area - target) / part
@@ -243,8 +244,8 @@ def solve_area(
     """Write z, the part of the cells that touches and the number of steps, at each place.
 
     x, y: where the first cell of the finger meets the texture, in periods.
-    turns: by which the finger is turned from its lattice, rad.
-    guess: a z that is near, or NaN: the z of the place before.
+    turns: angle by which the finger is turned from its lattice, rad.
+    guess: a z near the solution, or NaN: z is extrapolated from the places before.
     """
     laid, left = np.empty(len(tops) * 3 * WIDE, np.float32), np.empty(len(tops), np.int64)
     z, before, missed = math.nan, math.nan, FIRST
@@ -256,7 +257,7 @@ def solve_area(
             height[p], touching[p], iterations[p] = z, 0.0, 1
             continue
         near, margin = guess[p], 2.0 * missed + 1e-4
-        if math.isnan(near):  # continue the line through both places before
+        if math.isnan(near):  # extrapolate the line through the two places before
             near = z if math.isnan(before) else 2.0 * z - before
         if math.isnan(near):
             near = tops[0] + highest

@@ -2,8 +2,8 @@
 
 Stage   CONTACT.
 Model   h2 is the mean of the texture over a cell of the finger. It is stored at up to FINER places per cell along and
-        across, in the order [place in a cell across, along, row, column], so that the neighbours of a cell are its
-        neighbours in memory. The stored columns reach beyond a period by the length of the finger, so no index wraps.
+        across, in the order [place in a cell across, along, row, column], so that neighbouring cells are neighbours in
+        memory. The stored columns reach beyond a period by the length of the finger, so no index wraps.
 Limits  A texture is stored once for all directions of a finger; the most recently used ones are kept.
 """
 
@@ -23,8 +23,8 @@ Floats = np.ndarray[Any, np.dtype[np.float32]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
-FINER = 8  # most places per cell: all cells read between places at once, and the errors of straight lines add up
-FINER_OF_SMALLER = 4  # the same of cells smaller than usual: what straight lines err by is then a third of the rest
+FINER = 8  # most places per cell; with fewer, interpolation errors add up: all cells of a row have the same fraction
+FINER_OF_SMALLER = 4  # the same for cells smaller than usual: the interpolation error is then a third of the others
 MOST_PLACES = 1 << 24  # of the texture: 64 MB
 PLACES_TOGETHER = 1 << 17  # that are computed together: 0.5 MB
 KEPT = 4  # stored textures: a scene, the one before a change, and other sizes of the cells
@@ -63,8 +63,9 @@ def stored_texture(
 ) -> StoredTexture:
     """Return `texture` on a lattice.
 
-    step: distance of its cells along and across, m. The period across is whole steps, or a step whole periods.
-    columns: cells of the longest finger.
+    step: distance of its cells along and across, m. The period across is a whole number of steps, or a step is a whole
+        number of periods.
+    columns: largest number of cells along a finger, at any of its directions.
     scale: by which heights are divided, m.
     finest: most places per cell along and across, a power of two.
     """
@@ -80,7 +81,7 @@ def stored_texture(
 
 
 def finer_places(cells: int, finest: int) -> tuple[int, int]:
-    """Return the places of the texture per cell, along and across, for so many cells: powers of two, from `finest`."""
+    """Return the places per cell of a texture of `cells` cells, along and across: powers of two, at most `finest`."""
     wanted = [finest, finest]
     while wanted[0] * wanted[1] * cells > MOST_PLACES and wanted[0] > 1:
         wanted[int(wanted[1] == wanted[0])] //= 2
@@ -96,8 +97,8 @@ def cell_means(
 ) -> Floats:
     """Return the means of the texture over cells, in the order [place in a cell across, along, row, column].
 
-    counts: cells along, so many that no index wraps, and across, one period.
-    The mean over a cell is that of the places in it, with half of each place on its edge.
+    counts: cells along (enough that no index wraps) and across (one period).
+    The mean over a cell is that of the places in it; places on its edge count half.
     """
     along, rows = counts[0] * finer[0], counts[1] * finer[1]
     edges, before = (finer[0] // 2, finer[1] // 2), BEFORE * finer[0]
@@ -131,7 +132,7 @@ def running_mean(heights: Floats, places: int, count: int) -> Floats:
 
 
 def crests_of(tops: Floats) -> Floats:
-    """Return the highest of the WIDE cells from each cell on; tops: of each cell [rows, columns]."""
+    """Return the highest of `tops` over the WIDE cells from each cell on; tops: of each cell [rows, columns]."""
     reach, found = 1, np.pad(tops, ((0, 0), (0, WIDE)), "edge")
     while reach < WIDE:
         found[:, :-reach] = np.maximum(found[:, :-reach], found[:, reach:])

@@ -36,7 +36,7 @@ from synth.contact.profile_solver import SegmentGrid
 from synth.contact.stiffness import Stiffness
 from synth.errors import Fault, SceneError
 
-USUAL_LOAD = 8.0  # N: loads up to it share one polyline, and their z does not depend on which are solved together
+USUAL_LOAD = 8.0  # N: loads up to it share one polyline, so z does not depend on the other loads of the same call
 LONGEST_SPAN = 0.2  # m: longer than any hand; the work per phase is proportional to it
 WINDOWS = 24  # numbers of crests, and of widths about each, that `lowest_approach` tries; fewer give a longer span
 SPANS_KEPT = 64  # spans, one per load: each is needed several times in a row
@@ -59,7 +59,7 @@ def lowest_approach(geometry: Geometry, radius: float, area: float) -> float:
     ridge = geometry.ridge_amplitude, geometry.ridge_period
     texture = geometry.texture_amplitude, geometry.texture_period
     sinusoid = geometry.profile is None or geometry.profile.cosine is not None
-    # the most that the surfaces take off an integral: the negative half of a cosine, or the most of any profile
+    # largest amount by which the surfaces reduce an integral: the negative half of a cosine, or a bound for any profile
     swing = ridge[0] * ridge[1] / math.pi + texture[0] * texture[1] * (1.0 / math.pi if sinusoid else 0.5)
     half = float((1.5 * radius * (area + swing)) ** (1.0 / 3.0))
     one = -(half**2) / (6.0 * radius) - 0.5 * (area + swing) / half
@@ -140,7 +140,7 @@ class RoundContact(Contact):
 
     geometry, stiffness: of the nominal contact length.
     finger: the finger without its ridges.
-    least_span: load (N) whose length D lighter loads are solved over too; 0: each over its own.
+    least_span: load (N) whose length D is also used for lighter loads; 0: each load has its own.
     """
 
     of_one_shape = False
@@ -203,8 +203,8 @@ class RoundContact(Contact):
     def heights(self, phases: Array, loads: Array) -> Array:
         """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), one load per phase.
 
-        One polyline over the longest span of usual loads, or of these, serves all loads. Each is solved over the span
-        of the next power of two (N).
+        All loads share one polyline, over the span of USUAL_LOAD or of the heaviest of these loads. Each load is solved
+        over the span of the next power of two (N).
         """
         classes = np.exp2(np.ceil(np.log2(loads)))
         spans = {one: _spanned(self.geometry, self.finger, one).contact_length for one in np.unique(classes).tolist()}
@@ -215,7 +215,7 @@ class RoundContact(Contact):
         return grid.solve(phases, indentations, numbers=grid.numbers_of(geometry, lengths)).height
 
     def _longest(self, load: float) -> Geometry:
-        """Return the surfaces over the span of USUAL_LOAD; of `load` (N) where it is heavier, or the other too long."""
+        """Return the surfaces over the span of USUAL_LOAD; of `load` (N) if it is heavier or that span is too long."""
         try:
             return _spanned(self.geometry, self.finger, max(load, USUAL_LOAD))
         except SceneError:

@@ -89,7 +89,8 @@ class Grid:
         """Return the mean of max(h - z, 0) (m) and the touching part of L, to round-off, in the shape of `heights`.
 
         phases: turns.
-        heights: z (m) at each phase, [phases] or [phases, levels]. Many levels of one phase are faster than one each.
+        heights: z (m) at each phase, [phases] or [phases, levels]. Many levels at one phase take less time than one
+            level at each of many phases.
         """
         levels = np.ascontiguousarray(heights.reshape(len(phases), -1)) / self.height_scale
         depth, touching = np.empty(levels.shape), np.empty(levels.shape)
@@ -234,7 +235,7 @@ def bounds_of_cell(u1, v1, k1, u2, v2, k2):
     """Return bounds of the second and third derivative of h over a cell.
 
     With h1'' = -k1 h1 and h2'' = -k2 h2, h'' = -k1 h - (k2 - k1) h2. Where two surfaces of nearly equal period cancel,
-    h is far flatter than either. These bounds reflect that; cruder ones would have such a cell halved again and again.
+    h is far flatter than either. These bounds reflect that. With cruder bounds such a cell is halved again and again.
     """
     apart, slope = abs(k2 - k1), abs(v1 + v2)
     bound2 = k1 * (abs(u1) + abs(v1)) + k2 * (abs(u2) + abs(v2))

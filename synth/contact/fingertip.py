@@ -12,8 +12,8 @@ Model   The fingertip is a field of ridges (`ridge_field`) on a paraboloid, samp
         `fingertip_solver` solves it.
 Source  Fagiani & Barbieri (2016), eqs 1, 4, 5, for the foundation; Johnson, Contact Mechanics (1985), sec. 4.3, for a
         paraboloid on it. The radii and the points are this project's.
-Limits  The points are the model, COLUMNS and ROWS of them; a texture whose steepest part is finer has as many as there
-        may be. The foundation is independent at each point (Winkler).
+Limits  The points are the model itself; COLUMNS and ROWS set their number. A texture whose steepest part needs more
+        columns has MOST_COLUMNS. The foundation is independent at each point (Winkler).
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ ROWS = 8, 16  # across the scan, per mean ridge and per period: a curved ridge m
 FEWEST_COLUMNS, FEWEST_ROWS = 96, 24  # of the smallest fingertip
 MOST_COLUMNS, MOST_ROWS = 4096, 1024  # 0.1 ms per solution, 80 MB; a period that needs more columns is refused
 GRIDS_KEPT = 4  # a scene is prepared more than once; one takes 1 to 80 MB
-SMALLER_KEPT = 2  # the same with smaller cells: a file takes the last two sizes at several loads, up to 80 MB each
+SMALLER_KEPT = 2  # the same with smaller cells: a file solves the last two sizes at several loads; up to 80 MB each
 FLAT_STEPS = 64  # angles over a ridge for the mean of its heights above a plate
 
 
@@ -85,7 +85,7 @@ class Footprint:
     def drop(self, x: Array, y: Array, direction: float = 0.0) -> Array:
         """Return how far the paraboloid lies below its top (m) at every pair of `x` and `y` (m): [columns, rows].
 
-        direction: by which the fingertip is turned about its middle, rad.
+        direction: angle by which the fingertip is turned about its middle, rad.
         """
         along, across = turned_back(x, y, direction)
         return np.asarray(self.depth * ((2.0 * along / self.length) ** 2 + (2.0 * across / self.width) ** 2))
@@ -97,7 +97,7 @@ def area_grid(
     """Return the cells of `field` on `footprint` over a height field.
 
     scale: of the heights in the solver, m.
-    line: where the finger stands across, and its direction.
+    line: position of the finger across, and its direction.
     coarser: factor on the size of the cells.
     """
     from synth.contact.area_contact import finger_grid, lattice_step  # only a height field needs its kernels
@@ -173,7 +173,7 @@ class FingertipContact(Contact):
     footprint: on a flat plate at 1 N.
     line: where the finger stands on a height field.
     coarser: factor on the size of the cells on a height field.
-    refines: whether `refined` makes them smaller, as files need it.
+    refines: whether `refined` makes them smaller, which files require.
     """
 
     of_one_line = False
@@ -202,7 +202,7 @@ class FingertipContact(Contact):
         line, coarser, refines: as of the class.
         """
         geometry = geometry.as_profile()
-        # eqs 4-5 have a period for the plate too, which is flat: that of the ridges, a choice
+        # eqs 4-5 require a period of the plate, too, which has none: that of the ridges is chosen
         flat = replace(geometry, profile=None, texture_amplitude=0.0, texture_period=geometry.ridge_period)
         law = Stiffness.of_contact(flat, stiffness.contact_modulus)
         law = replace(law, given=stiffness.given)
@@ -215,7 +215,7 @@ class FingertipContact(Contact):
 
     @cached_property
     def grid(self) -> PhaseSolver:
-        """Its points."""
+        """Its points; on a height field, its cells."""
         texture, scale = self.geometry.profile, self.geometry.height_scale
         assert texture is not None
         made = fingertip_grid if self.coarser >= 1.0 else smaller_grid
@@ -227,7 +227,7 @@ class FingertipContact(Contact):
         return np.asarray(self.field.heights(places, row)[:, 0] - self.footprint.drop(places, row)[:, 0])
 
     def refined(self) -> Self | None:
-        """Return the contact with cells half as large, if it refines; along a line None: the points are the model."""
+        """Return the contact with cells half as large, if it refines; None along a line: the points are the model."""
         return self.halved() if self.refines else None
 
     def halved(self) -> Self | None:

@@ -1,13 +1,13 @@
 """The approach z of a fingertip at any phase of the texture, exact over the points of the fingertip.
 
 Model   The points lie in columns across the scan, and all points of a column meet the texture at one height h2: its
-        mean over the width of the column. A height at a point would show waves as short as that width as slow ones. z
-        solves F(z) = sum of max(h1 + h2 - z, 0) over the points = w / k. The heights h1 of a column are sorted once,
-        with their running sums. So a column adds the running sum at the rank of z - h2 among its heights. The rank is
-        found from bins of equal height. F is piecewise linear, convex and falling. Newton's method ends when a step
-        passes no point, or is so small that what it passes no longer counts.
-Source  Fagiani & Barbieri (2016), eq. 1; a rank in sorted heights is the projection on the simplex of Duchi et al.
-        (2008), here in columns.
+        mean over the width of the column. With the height at one point, waves as short as that width would alias to
+        slow ones. z solves F(z) = sum of max(h1 + h2 - z, 0) over the points = w / k. The heights h1 of a column are
+        sorted once, with their running sums. So a column adds the running sum at the rank of z - h2 among its heights.
+        The rank is found from bins of equal height. F is piecewise linear, convex and falling. Newton's method ends
+        when a step passes no point, or is so small that the points it passes have no effect.
+Source  Fagiani & Barbieri (2016), eq. 1; the rank in sorted heights is that of the projection on the simplex by Duchi
+        et al. (2008), here in columns.
 Limits  |error of z| < 1e-11 of the scale against a sum over all points, whose heights are rounded to float32.
 """
 
@@ -28,7 +28,7 @@ Floats = np.ndarray[Any, np.dtype[np.float32]]
 Indices = np.ndarray[Any, np.dtype[np.int64 | np.int32]]
 
 CELLS_A_COLUMN = 1.4  # work of a column, in cells of the exact solver: 15 to 25 ns from a near guess
-KNOTS = 64  # steps per width of a column; straight lines between them err by 2e-5 of the texture
+KNOTS = 64  # steps per width of a column; linear interpolation between them errs by 2e-5 of the texture
 FEWEST_KNOTS, MOST_KNOTS = 1024, 1 << 18  # of a period
 BINS = 2  # per point of a column: the rank of a level is found after half a step, on average
 MOST_STEPS = 100  # never reached in the tests; limits the time per phase
@@ -283,8 +283,8 @@ def measure_columns(starts, heights, shape, sums, ranks, places, texture, phases
 
     z, depth, touching: [phases, levels].
 
-    One column after another, because the points of a column fit into the fastest cache. The steps of `column_sums` are
-    repeated here: a call for every level would take twenty times as long.
+    The columns are processed one after another, because the points of a column fit into the fastest cache. The steps of
+    `column_sums` are repeated here: a call for every level would take twenty times as long.
     """
     for c in range(len(places)):
         first, end = starts[c], starts[c + 1]

@@ -17,7 +17,7 @@ Source  Fagiani & Barbieri (2016), eqs 1, 2, 4. Wandersman et al. (2011), PRL 10
         slope force is derived here.
 Limits  Quasi-static, at constant load, on the polyline of the contact. The error is measured, as for z. At no load
         both forces vanish. F_s falls as w times a sawtooth, because z follows the crests and its slope jumps from one
-        crest to the next; so light loads take many phases. Q falls as w^((1 + g) / 2) where eqs 4-5 hold.
+        crest to the next; so light loads require many phases. Q falls as w^((1 + g) / 2) where eqs 4-5 hold.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class ForceOfContact(ABC):
 
     @property
     def settles(self) -> float:
-        """As of its contact."""
+        """The value of its contact."""
         return self.contact.settles
 
     def refined(self) -> Self | None:
@@ -103,7 +103,7 @@ class ForceOfContact(ABC):
         return round(self.work * (1.0 if self.contact.of_one_surface else OTHER_LOADS) * self.contact.work_at(load))
 
     def closed(self, load: float) -> FullContact | None:
-        """Return None: in full contact the slope force is two harmonics, which few phases resolve."""
+        """Return None: in full contact the slope force has two harmonics only, for which a few phases are enough."""
         return None
 
     def scale_at(self, load: float) -> float:

@@ -30,7 +30,7 @@ from synth.contact.load_balance import Contact, PhaseSolver, solver_of
 from synth.contact.profile_solver import SegmentGrid
 from synth.contact.stiffness import Stiffness
 
-USUAL_LOAD = 8.0  # N: loads up to it share one polyline, and their z does not depend on which are solved together
+USUAL_LOAD = 8.0  # N: loads up to it share one polyline, so z does not depend on the other loads of the same call
 SHORTEST, LONGEST = 10e-6, 0.1  # m: the range of a scene's contact length; no other part expects a length outside it
 
 
@@ -95,7 +95,8 @@ class GrowingContact(Contact):
     def heights(self, phases: Array, loads: Array) -> Array:
         """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), one load per phase.
 
-        One polyline over the longest contact of usual loads, or up to the next power of two above these, serves all.
+        All loads share one polyline, over the contact at USUAL_LOAD, or at the next power of two (N) above the heaviest
+        of them if that is longer.
         """
         growth, nominal = self.growth, self.geometry.contact_length
         lengths = growth.length(nominal, loads)

@@ -1,7 +1,8 @@
 """The kernels of `area_layers`: layers of a texture, images of a finger, and the sums of their products.
 
-Model   See `area_layers`. A sample of the texture belongs to two layers and, along and across, to the two places of the
-        lattice next to it. A point of the finger is shared among TAPS places in both directions, by a cubic B-spline.
+Model   See `area_layers`. A sample of the texture is split between two layers and, along and across, between the two
+        places of the lattice next to it. A cubic B-spline spreads a point of the finger over TAPS places in both
+        directions.
 Source  Unser, Splines: a perfect fit for signal and image processing (1999).
 Limits  The layers are summed in float32, a few hundred samples each.
 """
@@ -80,10 +81,10 @@ def cubic_weights(t):
 
 @signed_kernel("void(f8[::1], f8[::1], f8[::1], f8[::1], f8[:,::1], f8[:,::1], f8[:,::1])")
 def share_points(x, y, heights, shares, sums, above, rest):
-    """Add points to the places around them: `shares` of their heights to `sums`, and of one each to `above` and `rest`.
+    """Add points, weighted by `shares`, to the places around them.
 
     x, y: in places of the images, which are periodic.
-    heights: above the level, in steps. Less than one step is the share that counts as above, the others are the rest.
+    heights: n, above the level, in steps. A point adds n to `sums`, min(n, 1) to `above` and 1 - min(n, 1) to `rest`.
     """
     rows, columns = sums.shape
     for n in range(len(x)):

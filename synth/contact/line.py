@@ -1,4 +1,4 @@
-"""The line of a surface over an area along which a finger stands, and how the finger is turned.
+"""Where a finger stands on a surface over an area, and the angle by which it is turned.
 
 Stage   CONTACT.
 Model   A finger moves along x. On a height field it stands at y, and its length is turned by an angle from x.

@@ -71,16 +71,16 @@ class Contact:
     """True: the surfaces that touch at a given phase and z are the same at every load."""
 
     settles: ClassVar[float] = 0.5
-    """Largest part of the error of the solver that remains where its segments are halved."""
+    """Part of the error of the solver that is assumed to remain when its segments or cells are halved."""
     of_one_line: ClassVar[bool] = True
-    """True: the finger is heights along one line, and not over an area."""
+    """True: the finger has heights along one line; False: over an area."""
 
     geometry: Geometry
     stiffness: Stiffness
 
     @cached_property
     def grid(self) -> PhaseSolver:
-        """The solver; of a contact whose length depends on the load that of the nominal length."""
+        """The solver; that of the nominal length, where the length depends on the load."""
         return solver_of(self.geometry)
 
     @property
@@ -91,8 +91,8 @@ class Contact:
     def refined(self) -> Contact | None:
         """Return the contact on segments of half the length; None where that is not possible.
 
-        It is not possible where the solver is exact, or where the segments have been halved at least once and are
-        already FINEST, or more, per period or over the contact.
+        It is not possible where the solver is exact, or where the segments have been halved at least once and there are
+        FINEST of them or more, per period or over the contact.
         """
         geometry = self.geometry
         if not isinstance(self.grid, SegmentGrid):
@@ -103,7 +103,7 @@ class Contact:
         return self.on(replace(geometry, segments=2 * self.grid.segments))
 
     def halved(self) -> Contact | None:
-        """Return the contact with cells half as large, over an area, whether or not it refines; otherwise None."""
+        """Return the contact with cells half as large, even if it does not refine; None unless it is over an area."""
         return None
 
     def on(self, geometry: Geometry) -> Self:

@@ -37,7 +37,7 @@ def knots_of(profile: Profile, segments: int) -> tuple[Array, float]:
     """
     first = float(profile.corners[0]) if len(profile.corners) else 0.0
     step = profile.period / segments
-    if profile.straight and evenly_spaced(profile) and segments % len(profile.corners) == 0:  # it is this polyline
+    if profile.straight and evenly_spaced(profile) and segments % len(profile.corners) == 0:  # it is the polyline
         exact = profile.heights(np.asarray(first + step * np.arange(segments)))
         exact.flags.writeable = False
         return exact, first

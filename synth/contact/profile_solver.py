@@ -1,7 +1,7 @@
 """The approach z for a texture of any profile, to round-off of a polyline of it.
 
 Model   The texture is a polyline of N equal segments per period that moves with the texture. So its surface is the same
-        at every place, and nothing jumps. The cosine of the finger is taken at the same knots. Its chords add a
+        at every place, and z has no jumps. The cosine of the finger is taken at the same knots. Its chords add a
         ripple at harmonic N only, and its amplitude is multiplied by tan(u) / u, where u is half a segment in radians,
         so that each segment keeps its area. A dome (x - L/2)^2 / (2 R) of the finger is subtracted at the knots too,
         minus a constant that keeps the area of its chords. F(z), the mean of max(h - z, 0) over L, is exact for the
@@ -146,14 +146,14 @@ class SegmentGrid:
         return self.texture, self.finger, self.blocks, self.numbers
 
 
-@lru_cache(maxsize=4)  # contacts whose length follows the load share one: the window is a power of two
+@lru_cache(maxsize=4)  # contacts whose length follows the load share an entry: the window is a power of two
 def _texture(profile: Profile, count: int, scale: float, window: int) -> Array:
     """Return the rows of `SegmentGrid.texture` over a period of `count` segments and a window, at a scale (m)."""
     heights = knots_of(profile, count)[0] / scale
     starts = count + window
     run = np.resize(heights, starts + BLOCK + 1)
     sums, highest, lowest, width = run, run, run, 1
-    while width < BLOCK:  # of the knots from each on: twice as many at each step
+    while width < BLOCK:  # sums and extremes over `width` knots from each knot on
         sums = sums[:-width] + sums[width:]
         highest = np.maximum(highest[:-width], highest[width:])
         lowest = np.minimum(lowest[:-width], lowest[width:])

@@ -17,16 +17,16 @@ from synth.surfaces.height_field import HeightField
 from synth.surfaces.profile import Profile
 
 KEPT = 4
-"""Fingertips in memory, 12 MB each, up to 40 MB on a very fine texture. A live change asks for its contact three times;
-without this, sampling the fingertip three times is half of its time."""
+"""Fingertips in memory, 12 MB each, up to 40 MB on a very fine texture. A live change requests its contact three times.
+Without this cache, half of the time of the change would be spent on sampling the fingertip three times."""
 
 
 def contact_of(scene: Scene, profile: Profile | None = None, coarser: float = 1.0, *, refines: bool = False) -> Contact:
-    """Return the contact of `scene`, without effects. One of its surfaces has a height.
+    """Return the contact of `scene`, without effects. At least one of its surfaces must have a height.
 
-    profile: a texture in place of that of the scene, whose stiffness stays.
+    profile: a texture in place of that of the scene; the stiffness remains that of the scene.
     coarser: factor on the size of the cells over an area.
-    refines: whether these cells become smaller where a tolerance needs it, as the segments along a line always do.
+    refines: whether these cells become smaller where a tolerance requires it, as the segments along a line always do.
 
     Raises SceneError for a probe that is too flat, and for a fingertip whose texture is too fine.
     """

@@ -1,9 +1,9 @@
 """z of a live voice over an area: from a layered table in the finger's own direction, solved in any other.
 
 Stage   RESPONSE.
-Model   A layered table holds z at every place and load for one direction of the finger, that of its line. A finger that
-        is turned from it is solved, in larger cells where that is needed (`area_path`). Over TURNED from the direction
-        of the table, one fades into the other, so that a finger that begins to turn does not step.
+Model   A layered table holds z at every place and load for one direction of the finger, that of its line. For a finger
+        in another direction z is solved, with larger cells where that is needed (`area_path`). Within TURNED of the
+        table's direction the two are cross-faded, so that z has no step when the finger begins to turn.
 Source  design, section 1.
 Limits  The errors of the table, and of the solutions where the finger is turned.
 """
@@ -22,7 +22,7 @@ from synth.contact.line import Line
 from synth.response.layered_table import LayeredTable
 from synth.surfaces.height_field import HeightField
 
-TURNED = math.radians(1.0)  # from the direction of the table, where z is solved: with less a turn is heard as a step
+TURNED = math.radians(1.0)  # from the table's direction: beyond it only solved z is used; less is heard as a step
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,9 +2,9 @@
 
 Stage   RESPONSE: solving along a motion.
 Model   As in `reading_filter`, an output is hold z_k + sum over m of b_jm (z_(m+1) - z_m). There are many more
-        differences, because solutions contain what a table leaves out: all that is above the band. The weights b are
-        exact for polynomials of degree 3. Up to the band their response is that of the derivative. From EDGE times the
-        band on it is zero. Between the two it falls. All errors together are least squares.
+        differences, because solutions contain the frequencies above the band, which a table leaves out. The weights b
+        are exact for polynomials of degree 3. Their response is to be that of the derivative up to the band, and zero
+        from EDGE times the band on; between the two it falls. The weights are the least-squares fit of both aims.
 Source  Least-squares design of linear-phase filters (Parks and Burrus, Digital Filter Design, 1987).
 Limits  For a band of at most an eighth of the rate: relative error in the band below 1e-3. From EDGE times the band on,
         4e-3 of the derivative at the end of the band is left. The output is REACH periods of the band behind the
@@ -23,9 +23,9 @@ from synth.arrays import Array
 from synth.response.reading_filter import DECIMALS, EXACT_DEGREE, ORDERS, ReadingFilter, responses, steps_of
 from synth.response.spectrum import Complex
 
-SOLUTIONS = 8  # per period of the band; with 12 the folded error is mostly a third to a half (docs/live-motion.md)
-EDGE = 2.0  # times the band, from where on nothing is left; a steeper edge delays a hand more
-REACH = 2.25  # periods of the band by which the output is late; with 2.0 twice as much is left above the edge
+SOLUTIONS = 8  # per period of the band; 12 mostly reduce the folded error to a third to a half (docs/live-motion.md)
+EDGE = 2.0  # times the band: the frequency from which on nothing is left; a steeper edge requires a longer delay
+REACH = 2.25  # delay of the output, in periods of the band; with 2.0 twice as much is left above the edge
 KEPT_OUT = 0.3  # weight of what is left above the edge, relative to the error in the band
 POINTS = 64  # least number of frequencies in each part; more cost time, and linear algebra on several cores
 
@@ -52,7 +52,7 @@ def band_filter(quantity: str, rate: int, band: float, finer: float = 1.0) -> Re
 def _designed(order: int, stride: int, taps: int, edges: tuple[float, float]) -> Array:
     """Return the weights of the differences for the derivative `order` at each part of a step [stride, taps - 1].
 
-    edges: where the band ends and from where on nothing is left, cycles per step.
+    edges: end of the band, and frequency from which on nothing is left, cycles per step.
     """
     parts, degrees, points = np.arange(stride) / stride, np.arange(1, EXACT_DEGREE + 1), max(POINTS, taps)
     rises = np.diff(steps_of(taps) ** degrees[:, np.newaxis], axis=1)

@@ -4,16 +4,16 @@ Stage   RESPONSE: without a response table, for a surface whose period is long a
         area z may come from a layered table (`area_source`).
 Model   y = gate(w) (z(p / lambda2, w) - mean(w)) is solved at every few frames; the approach is gate(w) z. The filter
         of `band_filter` limits the band, takes the derivatives and makes the frames. All channels share the solutions.
-        A solution starts from those before it, and Newton's method ends at a different last digit from another start.
-        So the solutions are made in groups of GROUP, counted from the first frame, each of which starts afresh. A block
-        that ends within a group solves its beginning, and the next block solves that group again. The samples are
-        therefore the same in blocks of any size. Where neither place nor load has changed z is copied, so a finger at
-        rest is exactly silent and costs nothing.
+        A solution starts from those before it, and the last digit of z depends on the start. Solutions are therefore
+        made in groups of GROUP, counted from the first frame, and every group starts afresh. A block that ends within a
+        group solves the first part of the group, and the next block solves the group from its beginning again. So the
+        samples are the same in blocks of any size. Where neither place nor load has changed, z is copied, so a finger
+        at rest is exactly silent and costs nothing.
         Before the first frame the finger rests at its first position.
 Source  design, sections 1 and 8. Fagiani & Barbieri (2016), eq. 1.
 Limits  z of higher frequency than the solutions folds into the band (`plan.direct_plan` measures it), and the filter
         errs (`band_filter`). A load above the heaviest is read as the heaviest. At speeds above those measured no
-        error is reported. A block that is shorter than a group solves up to GROUP times as much.
+        error is reported. In blocks shorter than a group, up to GROUP times as many solutions are made.
 """
 
 from __future__ import annotations
@@ -66,15 +66,15 @@ class DirectReader:
     """Reads the channels of a voice without a table. It keeps no state: `start` returns one, `read` updates it.
 
     contact: gives z (m) at phases (turns) and loads (N), and over an area along a path.
-    line: how far the texture stands across (m), and the direction of the finger (rad), for a motion without a path over
-        an area; None: the finger stays on its line.
-    mean: mean of z over the surface (m), over the cube root of the load (N^(1/3)).
+    line: position of the texture across (m) and direction of the finger (rad), for a motion without a path over an
+        area; None: the finger stays on its line.
+    mean: mean of z over the surface (m) as a function of the cube root of the load (N^(1/3)).
     period: of the texture, m.
     lift_load: below it the output fades, N.
     heaviest: the largest load that is solved, N.
     rate: frames per second.
     filters: from y to each channel, of one stride and length.
-    gains: of each channel, times SI.
+    gains: factor on the SI value of each channel.
     with_mean: whether each channel is the approach.
     """
 

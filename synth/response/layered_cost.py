@@ -1,9 +1,10 @@
 """Lattice, layers and cost of a layered table, chosen within bounds before it is made.
 
 Stage   RESPONSE: making a layered table.
-Model   The layers lie closer the less the finger sinks in at a light load, and the flatter the texture is. Levels of z
-        are whole numbers of layers apart, more the deeper they are. The lattice has PLACES_A_CELL places per point of
-        the finger. Where that is too much for the bounds, the direction with the closer places gets fewer, then both.
+Model   The smaller the indentation at a light load and the flatter the texture, the closer are the layers. The distance
+        of two levels of z is a whole number of layers, and grows with the depth. The lattice has PLACES_A_CELL places
+        per cell of the finger. Where that exceeds the bounds, places are removed first in the direction in which they
+        are closer, then in both.
 Source  design, section 8: making a table is bounded. The rule for the layers is this project's.
 Limits  The seconds are those of one core with AVX-512. 70 random tables took 0.2 to 1.2 times the prediction.
 """
@@ -26,23 +27,23 @@ from synth.response.table_making import HEAVIEST
 from synth.surfaces.height_field import HeightField
 
 LIGHTEST = 1e-3  # N: the usual lift load, below which the output fades
-ROWS = 48, 24  # of load; displacement errs 1.4 to 3 times as much with 24, and again 2 to 3 times with 16
+ROWS = 48, 24  # of load; with 24 displacement errs 1.4 to 3 times as much as with 48, with 16 another 2 to 3 times
 MOST_BYTES = 64 << 20
 MOST_SECONDS = 4.0  # on one core
 PLACES_A_CELL = 2.0  # in each direction
 FEWEST_PLACES = 32  # per period
-COARSER = 0.9  # factor on the places in one direction, until the bounds are kept
-ALIKE = 1.1  # ratio of two spacings that are made coarser together
-LIGHT = 0.02  # N: usual touch begins there; lighter loads err more
-LAYER = 0.03  # square of the distance of two layers, over the depth at LIGHT and the height of the texture
-FLATTEST = 0.1  # least height of a texture that counts, over that depth
-LEVEL = 0.66  # largest distance of the first levels, over that depth
-FEWEST_LAYERS, MOST_LAYERS = 8, 32  # over the height of a texture, or the depth to which the finger reaches
-MARGIN = 0.05  # of the depth, below the lowest z that was seen
-SEEN = 16  # places that are solved to know depths and heights
-FIXED = 0.4  # s: that of the exact solver, for the error
+COARSER = 0.9  # factor by which the places in a direction are reduced, until the bounds are kept
+ALIKE = 1.1  # largest ratio of two spacings that are made coarser together
+LIGHT = 0.02  # N: lightest load of usual touch; lighter loads err more
+LAYER = 0.03  # square of the distance of two layers, divided by the depth at LIGHT and by the height of the texture
+FLATTEST = 0.1  # a flatter texture counts as this high, relative to that depth
+LEVEL = 0.66  # largest distance of the first levels, relative to that depth
+FEWEST_LAYERS, MOST_LAYERS = 8, 32  # over the height of a texture, or over the reach of the finger if that is smaller
+MARGIN = 0.05  # of the finger's reach: distance of the lowest level below the lowest z at SEEN places
+SEEN = 16  # places that are solved to estimate depths and heights
+FIXED = 0.4  # s: time of the exact solver, which measures the error
 SAMPLE, SERIES, PRODUCT, ROW = 40.0, 5.0, 0.55, 45.0
-"""ns per place: of a sample, a Fourier series, a product of two, and a row (tests/bench/bench_layered.py)."""
+"""Time per place (ns) of a sample, a Fourier series, a product of two, and a row (tests/bench/bench_layered.py)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,8 +51,8 @@ class LayeredBounds:
     """Limits of a layered table.
 
     lightest, heaviest: loads of the first and the last row, N.
-    rows: numbers of rows of load, 5 or more: the first one with which the whole lattice is within the bounds, or the
-        last one.
+    rows: numbers of rows of load, 5 or more each. The first one that keeps the whole lattice within the bounds is
+        chosen, or else the last one.
     nbytes: memory of the table.
     seconds: of making it on one core, as predicted.
     """
@@ -68,7 +69,7 @@ LAYERED_BOUNDS = LayeredBounds()
 
 @dataclass(frozen=True, slots=True)
 class LayeredCost:
-    """What a table will take.
+    """The cost of a table that is not made yet.
 
     plan: its lattice and layers.
     rows: of load.
@@ -153,7 +154,7 @@ def levels_of(contact: Contact, bounds: LayeredBounds) -> tuple[float, int, floa
 
 
 def grid_of(contact: Contact) -> AreaGrid:
-    """Return the points of a finger on a height field."""
+    """Return the cells of a finger on a height field."""
     assert isinstance(contact.grid, AreaGrid), "a layered table needs a height field"
     return contact.grid
 

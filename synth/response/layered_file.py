@@ -2,7 +2,7 @@
 
 Stage   RESPONSE: a file format of its result.
 Model   A NumPy archive without pickled objects: one array per field of `LayeredTable`. Each array has a checksum.
-Limits  The file belongs to one version of the program; it is no format for exchange.
+Limits  A file belongs to one version of the program; it is not a format for exchange.
 """
 
 from __future__ import annotations

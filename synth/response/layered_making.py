@@ -2,8 +2,8 @@
 
 Stage   RESPONSE: from a contact on a height field to its layered table.
 Model   F at all places, level by level (`area_layers`), gives z at all places and rows of load (`level_crossings`). The
-        mean of z over some places is followed at many loads; the rows are those of z less that mean. A cubic B-spline
-        goes through the values in all three directions.
+        mean of z over some places is computed at many loads, and subtracted from the rows. A cubic B-spline
+        interpolates the values in all three directions.
         The error is measured against the exact solver at random places and loads between the rows. The reported error
         of an interval is twice the largest measured in it and in the two intervals on either side.
 Source  design, sections 1 and 8.
@@ -36,8 +36,8 @@ from synth.response.layered_table import LayeredTable, Shorts
 from synth.response.level_crossings import Crossings, crossings
 from synth.response.table_error import widest
 
-MEAN_ROWS = 193  # loads at which the mean is followed
-MEAN_PLACES = 256  # over which it is followed
+MEAN_ROWS = 193  # loads at which the mean is computed
+MEAN_PLACES = 256  # places over which it is taken
 LARGEST = 32767.0  # of a coefficient
 PROBES = 1128  # places and loads at which the error is measured: 48 per interval of 24 rows
 SAFETY = 2.0  # reported error over the largest measured one
@@ -59,7 +59,7 @@ def make_layered_table(
     chosen = np.unique(np.arange(MEAN_PLACES) * places // MEAN_PLACES)
     layers = AreaLayers.of(grid_of(contact), plan, workers)
     found, some = crossings(layers, indentations(contact, loads), chosen, indentations(contact, more))
-    del layers  # its memory, before that of the coefficients is needed
+    del layers  # frees its memory, before the coefficients need theirs
     curve = take_mean(found.heights, some, loads, more)
     swings = np.ptp(found.heights, axis=1).astype(np.float64)
     coefficients, scales = stored(found.heights, plan.places, workers)
@@ -77,12 +77,12 @@ def make_layered_table(
 
 
 def load_nodes(bounds: LayeredBounds, count: int) -> Array:
-    """Return `count` loads (N) at equal distances of their fourth roots."""
+    """Return `count` loads (N), whose fourth roots are equally spaced."""
     return np.asarray(np.linspace(bounds.lightest**0.25, bounds.heaviest**0.25, count) ** 4)
 
 
 def spline_through(values: Array) -> Array:
-    """Return the coefficients of the cubic B-spline through values at equal distances: two more along the first axis.
+    """Return the coefficients of the cubic B-spline through equally spaced values: two more than these (first axis).
 
     The third derivative is continuous at the second and at the last but one value.
     """

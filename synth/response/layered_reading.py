@@ -20,13 +20,13 @@ PADDING = 3  # places repeated at the end of a period, so that a reader need not
 
 @inlined
 def root(load):
-    """Return u."""
+    """Return u = w^(1/4)."""
     return math.sqrt(math.sqrt(load))
 
 
 @inlined
 def cell_of(at, cells):
-    """Return the cell of a number of cells that contains `at`, and how far `at` lies in it, 0 to 1."""
+    """Return which of the `cells` contains `at`, and the position of `at` in it, 0 to 1."""
     cell = min(max(np.int64(at), 0), cells - 1)  # also where `at` is not a number
     return cell, at - cell
 

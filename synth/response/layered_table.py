@@ -4,15 +4,16 @@ Stage   RESPONSE: its result, over an area.
 Model   z(p, q, w) = m(u) + s(p, q, u),   u = w^(1/4)
 
         m is the mean of z over the surface, and s the rest, whose mean is 0. Both are cubic B-splines over u with
-        nodes at equal distances, those of m closer. s is a cubic B-spline over p and q, too. Its coefficients are
+        equally spaced nodes; those of m are closer. s is a cubic B-spline over p and q, too. Its coefficients are
         16-bit numbers with one scale per row of load, and those of all loads at one place are neighbours in memory.
         `layered_making` makes the table.
 Source  Unser, Splines: a perfect fit for signal and image processing (1999).
-Limits  A load outside `loads` is read as the nearest one inside. What moves faster over place than two places of the
-        lattice is absent. `errors` are measured, not proven (`layered_making`).
-        A map of 2,000 x 2,000 heights, 25 um apart, under a fingertip has 1,000 x 960 places, takes 3.3 s of one core
-        and 50 MB, and is read in 57 ns along a scan. In three scans at 100 mm/s, up to 1 kHz, displacement errs by
-        0.7 % of its peak-to-peak, velocity by 5 %, and acceleration by 25 % (`python -m tests.bench layered`).
+Limits  A load outside `loads` is read as the nearest one inside. Waves over place that are shorter than two places of
+        the lattice are absent. `errors` are measured, not proven (`layered_making`).
+        For a map of 2,000 x 2,000 heights, 25 um apart, under a fingertip, the table has 1,000 x 960 places and 50 MB.
+        Making it takes 3.3 s of one core, reading 57 ns per place along a scan. In three scans at 100 mm/s, up to
+        1 kHz, displacement errs by 0.7 % of its peak-to-peak, velocity by 5 %, and acceleration by 25 %
+        (`python -m tests.bench layered`).
 """
 
 from __future__ import annotations
@@ -38,8 +39,8 @@ class LayeredTable:
     scales: m per unit of `coefficients` [rows + 2].
     swings: peak-to-peak of z over the surface, m [rows].
     errors: error of z between two rows, m [rows - 1]; twice the largest that was measured near them.
-    below, above: m [rows]. For the points as the lattice has them, z is at most so far below and above that of the
-        table, by the layers alone.
+    below, above: bounds of the error that the layers cause, m [rows]. For the points on the lattice, z is at most this
+        far below and above that of the table.
     """
 
     loads: Array
@@ -88,9 +89,9 @@ class LayeredTable:
         return float(self.errors[self._interval(load)])
 
     def bracket_at(self, load: float) -> tuple[float, float]:
-        """Return how far z is at most below and above that of the table at `load` (N), in m.
+        """Return the largest distances (m) of z below and above that of the table, at `load` (N).
 
-        The layers bound z of the points on the lattice. The error that was measured is added to it for all else.
+        Each is the bound for the points on the lattice plus the measured error, which covers all other errors.
         """
         interval = self._interval(load)
         below, above = (float(one[interval : interval + 2].max()) for one in (self.below, self.above))

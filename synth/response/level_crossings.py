@@ -1,15 +1,16 @@
 """The approach z at all places and loads, from the mean of max(h - z, 0) at levels of z.
 
 Stage   RESPONSE: making a layered table.
-Model   `area_layers` gives F at levels from the top down. At each place a load is reached between two levels. There
-        F, or its square root where it rises steeply, is a cubic through these levels and their neighbours, and z is
-        where F is w / k.
-        F is too large by at most half of its second difference D over the layers, and by D / 12 on the average, which
-        is subtracted first. F is convex and falls. Hence the points' own z is at most where the chord of F between two
-        levels meets w / k, and at least where a line through F - D / 2 at one level does that falls as F did before.
+Model   `area_layers` gives F at levels from the top down. At each place F reaches w / k between two levels. There F, or
+        its square root where it rises steeply, is interpolated by the cubic through these levels and their neighbours,
+        and z is where F equals w / k.
+        F is too large by at most half of its second difference D over the layers, and by D / 12 on average. The average
+        is subtracted first. F is convex and falls. Hence the exact z of the points is at most where the chord of F
+        between two levels meets w / k. It is at least where an extrapolated line meets w / k: the line through F at one
+        level and F - D / 2 at the next higher one.
 Source  Fagiani & Barbieri (2016), eq. 1; Jensen's inequality for the bounds.
-Limits  The points are those on the lattice. D over the layers is at most what the slope of F changes by at a level. Its
-        mean is taken from that over the levels.
+Limits  The points are those on the lattice. D over the layers is at most the change of the slope of F at a level. Its
+        mean is estimated from the second difference over the levels.
 """
 
 from __future__ import annotations
@@ -25,11 +26,11 @@ from synth.arrays import Array
 from synth.contact.area_layers import BATCH, AreaLayers, Floats, in_bands
 from synth.kernels import inlined, signed_kernel
 
-HISTORY = 8  # levels kept before a batch: around an interval, two above it and five below
-BEFORE = 2  # of these lie above the interval; the lower bound needs more below
-MEAN_GAIN, MOST_GAIN = 1.0 / 12.0, 0.5  # of D, by which two layers in place of a height raise F
+HISTORY = 8  # levels kept before a batch, so that every interval has two levels above it and five or more below
+BEFORE = 2  # of the levels lie above the interval; the lower bound needs more below
+MEAN_GAIN, MOST_GAIN = 1.0 / 12.0, 0.5  # mean and largest part of D by which two layers in place of a height raise F
 STEPS = 2  # of Newton's method from the chord; with 8, z changes by 3e-5 of the distance of two levels
-STEEP = 4.0  # ratio of F at four levels from which on its square root is interpolated
+STEEP = 4.0  # ratio of F at the last and the first of four levels, above which its square root is interpolated
 CHUNK = 1024  # places
 
 
@@ -38,7 +39,7 @@ class Crossings:
     """z at some places and targets w / k.
 
     heights: z, m, float32 [targets, places].
-    below, above: m [targets]; the points' own z is at most so far below and above `heights`.
+    below, above: m [targets]; the exact z of the points is at most this far below and above `heights`.
     """
 
     heights: Floats
@@ -70,11 +71,11 @@ def crossings(layers: AreaLayers, targets: Array, chosen: Any, more: Array) -> t
 
 @dataclass(frozen=True, slots=True)
 class _Search:
-    """Targets that are searched from the top down.
+    """The search for all targets, from the top down.
 
     reached: number of targets that were reached [places].
     depths: below the top, in steps [targets, places].
-    misses: largest distances of the bounds, below and above, in steps [chunks, 2, targets].
+    misses: largest distances from z to its bounds below and above, in steps [chunks, 2, targets].
     """
 
     targets: Array
@@ -99,7 +100,7 @@ class _Search:
         in_bands(partial(search, *arguments), len(self.misses), workers)
 
     def found(self, top: int, height: float) -> Crossings:
-        """Return the result; top: its level. height: of a step, m."""
+        """Return the result; top: number of the first level; height: of a step, m."""
         np.subtract(np.float32(top), self.depths, out=self.depths)
         self.depths[:] *= np.float32(height)
         below, above = height * self.misses.max(axis=0)
@@ -114,20 +115,20 @@ def slope_below(window, inverse, level, p):
 
 @inlined
 def bend_at(window, inverse, level, p):
-    """Return what the slope of F changes by at a level."""
+    """Return the change of the slope of F at a level."""
     return slope_below(window, inverse, level, p) - slope_below(window, inverse, level - 1, p)
 
 
 @inlined
 def middle_at(window, inverse, level, p):
-    """Return F less the mean of its error: D is the change of the slope per step."""
+    """Return F minus the mean of its error; D is the change of the slope per step."""
     bend = bend_at(window, inverse, level, p) * 2.0 * inverse[1, level - 1]
     return max(window[level, p] - MEAN_GAIN * bend, 0.0)
 
 
 @inlined
 def crossing(depths, inverse, level, target, a, b, c, d):
-    """Return the depth at which F is the target, from a level to the next; a, b, c, d: F around, at four levels."""
+    """Return the depth between `level` and the next at which F is the target; a, b, c, d: F at four levels around."""
     if a * STEEP < d:
         a, b, c, d, target = math.sqrt(a), math.sqrt(b), math.sqrt(c), math.sqrt(d), math.sqrt(target)
     up, gap = depths[level] - depths[level - 1], depths[level + 1] - depths[level]
@@ -153,7 +154,7 @@ def highest(window, depths, inverse, level, p, target):
 
 @inlined
 def lowest(window, depths, inverse, level, p, target):
-    """Return the depth at which F less its largest error meets the target; infinite where the window ends before."""
+    """Return the depth at which F minus its largest error meets the target; infinite if the window ends before that."""
     while level < len(window) - 1:
         least = window[level, p] - MOST_GAIN * bend_at(window, inverse, level, p)
         if least >= target:
@@ -171,7 +172,7 @@ def search(targets, depths, window, reached, found, misses, one, end):
     reached, found, misses: as in `_Search`.
     one, end: chunks of places.
     """
-    inverse = np.zeros((3, len(depths)))  # 1 / distance of a level from the next one, two and three
+    inverse = np.zeros((3, len(depths)))  # 1 / distance of a level from the first, second and third after it
     for further in range(3):
         for level in range(len(depths) - 1 - further):
             inverse[further, level] = 1.0 / (depths[level + 1 + further] - depths[level])

@@ -1,6 +1,6 @@
 """The lift gate: fades the output with the load of a finger that lifts.
 
-Model   The gate is 10 s^3 - 15 s^4 + 6 s^5 with s = w / lift_load, 1 above it: two continuous derivatives.
+Model   The gate is 10 s^3 - 15 s^4 + 6 s^5 with s = w / lift_load, and 1 above it. Two derivatives are continuous.
 Source  design, section 4.
 """
 

@@ -27,9 +27,9 @@ Heights = Callable[[Array, float], Array]
 
 FEWEST_MEANS, MOST_MEANS = 33, 1025  # loads at which the mean is solved
 MEAN_PHASES = 512  # phases per load, of a period that is solved as a series
-MEAN_ERROR = 1e-3  # largest error, times the tolerance and the peak-to-peak of z
-GOLDEN, NO_LOAD = 0.618033988749895, 1e-9  # turns across per place along; N, a load that the solver takes for none
-NARROWEST = 1e-4  # of the largest root: at the lightest loads the cells of an area never become a smooth curve
+MEAN_ERROR = 1e-3  # largest error, relative to the tolerance times the peak-to-peak of z
+GOLDEN, NO_LOAD = 0.618033988749895, 1e-9  # turns across per place along; N, a load that the solver treats as none
+NARROWEST = 1e-4  # of the largest root: no narrower interval is halved; at the lightest loads an area is never smooth
 SPLINE_GAIN = 8.0  # least factor by which the error falls when an interval is halved; 16 in the limit
 
 
@@ -41,7 +41,7 @@ def mean_curve(
     places: int = MEAN_PHASES,
     fewest: int = FEWEST_MEANS,
 ) -> Mean:
-    """Return the mean of z over a period (m) over w^(1/3) (N^(1/3)), from no load to the heavier of `loads` (N).
+    """Return the mean of z over a period (m) as a function of w^(1/3), from no load to the heavier of `loads` (N).
 
     load: N; `tolerance` is relative to the peak-to-peak of z at this load.
     places: number of places of a period over which z is averaged.
@@ -87,7 +87,7 @@ def mean_of(
     places: int = MEAN_PHASES,
     fewest: int = FEWEST_MEANS,
 ) -> Mean:
-    """Return the mean of `heights` as `mean_curve` does, between two loads (N). At smaller loads it stays the same."""
+    """Return the mean of `heights` as `mean_curve` does, between two loads (N). Below these it is constant."""
     from scipy.interpolate import CubicSpline
 
     theta = np.arange(places) / places
@@ -116,7 +116,7 @@ def mean_of(
 class MeanSpline:
     """The mean of z as a cubic spline.
 
-    roots: w^(1/3) of the loads, N^(1/3), rising; below the first the mean stays the same.
+    roots: w^(1/3) of the loads, N^(1/3), rising; below the first the mean is constant.
     values: the mean of z at them, m.
     """
 

@@ -18,7 +18,7 @@ from synth.kernels import fma, signed_kernel, unfused
 
 TURN = 2.0**64  # units of a phase
 INTEGER = 1.5 * 2.0**52  # a double whose last digit is 1
-OFFSET = np.uint64(0xC338 << 48)  # bits of 1.5, 12 digits higher, and of INTEGER
+OFFSET = np.uint64(0xC338 << 48)  # the bits of 1.5, shifted up by 12, plus those of INTEGER
 
 SPEED, SPEED_RATE = 0, 1  # rows of `motion`
 

@@ -73,8 +73,8 @@ class SeriesCurve:
 def polynomials(harmonics: Complex, cells: int) -> Array:
     """Return the coefficients [cells, 8] of the sum of `harmonics` 1, 2, ... in powers of the place t in a cell.
 
-    The lower four are the derivatives at t = 0 over their factorials. The upper four make value and derivatives right
-    at t = 1.
+    The lower four are the derivatives at t = 0, divided by factorials. The upper four match value and derivatives at
+    t = 1.
     """
     powers, orders = np.arange(2 * SHARED), np.arange(SHARED)
     points = max(cells, 2 << len(harmonics).bit_length())

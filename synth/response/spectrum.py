@@ -26,7 +26,7 @@ from synth.kept_files import json_form
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
-STILL_PHASES = 1024  # at which a still finger is distinguished from one that is not
+STILL_PHASES = 1024  # least number that decides whether a finger is still
 FEWEST_PHASES = 8  # doubled at least once; with fewer there is no second change to estimate the error from
 MOST_PHASES = 1 << 21  # 4 s of work on the default scene; where it is too few, the error is larger than the tolerance
 MOST_WORK = 1 << 29  # phases times cells of the response: 1 to 10 s; where it is too little, the error is larger
@@ -37,16 +37,16 @@ FLOOR = 1e-12  # round-off of the solver, relative to the scale of a response (o
 SURE, SURE_OF_MANY = (1.0, 0.3, 3.0, 1.0), (0.55, 0.11, 0.55, 0.16)
 MANY, SEEN_WELL = 128, 4  # harmonics, and phases of each
 MISSING = 3.0  # safety factor on the harmonics above those that the phases resolve
-UNSEEN = 0.25  # what an event between M phases adds to a harmonic, times M^4, over the scale: see `_unseen`
+UNSEEN = 0.25  # change of a harmonic by an event between M phases, times M^4, relative to the scale: see `_unseen`
 FOLDED_SHARE = 8  # folding is measured in at least the lowest 1/8 of the harmonics that the grid resolves
 PROBES = 16  # phases between all grids, at which a converged series is checked
 DISCRETE_SHARE = 0.3  # share of the tolerance for the discretisation, where there is one
 FINER_WORK = 8  # times the work of the first refinement: room for three more refinements
 JUDGED_PHASES = 2048  # most phases at which a discretisation is tested; 4 per harmonic where that is fewer
 JUDGED_WORK = 1 << 26  # phases times cells: a fraction of a second
-SETTLED = 0.7  # a doubling leaves a third of the error between the phases; if it leaves more, the grid hides a harmonic
-FIRST_ORDER = 0.5  # of the error remains where a discretisation is halved, as of segments with corners
-UNSETTLED = 0.8  # most of a change that the next one is taken to be: the error is then 4 times the change
+SETTLED = 0.7  # of the error may remain after a doubling: a third is usual; if more remains, the grid hides a harmonic
+FIRST_ORDER = 0.5  # of the error remains when a discretisation is halved, for segments of a profile with corners
+UNSETTLED = 0.8  # largest assumed ratio of the next change to the last one: the error is then 4 times the last change
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
@@ -57,7 +57,8 @@ class Demand:
     highest: highest harmonic, at least 1.
     orders: time derivatives (0 displacement, 1 velocity, 2 acceleration).
     tolerance: largest error of each, relative to its own peak-to-peak.
-    still: peak of these harmonics of z (m) below which the series is not refined: the finger counts as still.
+    still: if the peak of these harmonics of z is below this (m), the finger counts as still and the series is not
+        refined.
     """
 
     highest: int
@@ -172,8 +173,8 @@ def remaining(changed: tuple[float, ...], earlier: tuple[float, ...] | None, set
     """Return what error remains after the last halving of a discretisation.
 
     changed, earlier: by the last halving and by the one before it; None: there was none.
-    settles: part of the error that a halving leaves where it is least. At 1/2 the change is the bound, as the error of
-        every continuous profile at least halves. Below, the errors are taken to fall on as the changes did.
+    settles: least part of the error that a halving leaves. At 1/2 the last change is the bound, because the error of
+        every continuous profile at least halves. Below 1/2 the errors are assumed to keep falling as the changes did.
     """
     if settles >= FIRST_ORDER or earlier is None:
         return changed
@@ -208,7 +209,8 @@ def fine_enough(contact: Contact, loads: tuple[float, ...], usual: float, demand
     """Return `contact` on a discretisation that keeps its share of `demand` at each of `loads` (N).
 
     The result is the finest that JUDGED_WORK allows, or `contact` itself where its solver has no discretisation. It is
-    for frames and simulations, which read places and loads off the grid; a series is refined further when it is solved.
+    for frames and simulations, which read z between the places and loads of a grid. A series is refined further when it
+    is solved.
 
     usual: load (N) whose peak-to-peak is used where it is larger, because no relative error could be met at a load
     at which the motion nearly cancels.
@@ -300,10 +302,10 @@ def error_floor(scale: float, highest: int, order: int) -> float:
 def _errors(height: Array, demand: Demand, scale: float) -> tuple[tuple[float, ...], bool]:
     """Return the error bound of each order relative to its peak-to-peak, and whether all are within the tolerance.
 
-    The error is what folds from harmonics around the number of phases and its multiples. The last two doublings removed
-    what folded from half and from a quarter of that number. The bound uses the largest change of the curve. Since few
-    harmonics may change little by chance, it also uses the change by harmonics of random phase that fold as strongly as
-    their neighbours do.
+    The error is the folding of harmonics around the number of phases and its multiples. The last two doublings removed
+    the folding of harmonics around half and a quarter of that number. The bound uses the largest change of the curve.
+    A few harmonics may change little by chance. The bound therefore also uses the change that harmonics of random phase
+    would cause if they folded as strongly as their neighbours.
     """
     now, before, earlier = (harmonics_of(height[::step], demand.highest) for step in (1, 2, 4))
     folded = _folded(height, demand.highest), _folded(height[::2], demand.highest)
@@ -327,7 +329,7 @@ def _errors(height: Array, demand: Demand, scale: float) -> tuple[tuple[float, .
 
 
 def _folded(height: Array, highest: int) -> float:
-    """Return the rms change (m) of a harmonic in the last doubling: what had folded into it."""
+    """Return the rms change (m) of a harmonic in the last doubling, which removed the part that had folded into it."""
     half = len(height) // 2
     most = min(max(min(highest, half // 2), half // FOLDED_SHARE, 4), half // 2 - 1)
     took = harmonics_of(height, most)[1:] - harmonics_of(height[::2], most)[1:]

@@ -3,10 +3,11 @@
 Stage   RESPONSE: measured while a table is made.
 Model   The error of a quantity is the largest difference over a period of steady scanning. It is relative to the
         quantity's peak-to-peak at that load or at 0.3 N, whichever is larger, both cut at the same harmonic. The
-        estimate is the sum of three parts. Interpolation over the load: the error of the cubic in the middle of the
+        estimate is the sum of four parts. Interpolation over the load: the error of the cubic in the middle of the
         interval twice as wide (before it was halved), or in that of a neighbour. Folding: a share of the change when
-        half the places are left out. Images of the splines over place. Harmonics above the fullest level are absent:
-        `beyond` is the sum of those in the next octave, and higher ones fall as n^-2.5.
+        half the places are left out. Images of the splines over place. Discretisation: the change by the last
+        refinement. Harmonics above the fullest level are absent: `beyond` is the sum of those in the next octave, and
+        higher ones fall as n^-2.5.
 Source  design, sections 1 and 8.
 Limits  The bound is empirical: tests/synth/response/test_table_error.py measures how often it is exceeded.
 """
@@ -112,8 +113,9 @@ def folded_swings(change: Complex, counts: tuple[int, ...], phases: int) -> Arra
     """Return the error by folding at `phases` phases, as from `swings`.
 
     change: of each harmonic when every second phase is left out [rows, harmonics + 1]. Harmonic `phases` / 2 - n then
-        folds to harmonic n. With all phases it is harmonic `phases` - n, which is smaller by the power FALL in a smooth
-        series. A series with strong lines may fold to any harmonic, so the largest are taken to fold to the highest.
+        folds to harmonic n. With all phases, harmonic `phases` - n folds to n. In a smooth series it is smaller, since
+        harmonics fall with the power FALL. Strong lines of other series may fold to any harmonic, so the largest errors
+        are assigned to the highest harmonics.
     """
     n = np.arange(1, change.shape[1])
     left = change[:, 1:] * (FOLDED * (np.maximum(phases / 2 - n, 0.0) / (phases - n)) ** FALL)
@@ -145,6 +147,6 @@ def octave_beyond(series: Complex, extents: Array) -> Array:
 
 
 def widest(missed: Array) -> Array:
-    """Return the largest of each interval (last axis) and its two neighbours: a kink drifts over a border."""
+    """Return the largest of each interval (last axis) and its two neighbours, since a kink may drift over a border."""
     edge = np.pad(missed, [(0, 0)] * (missed.ndim - 1) + [(1, 1)])
     return np.maximum(missed, np.maximum(edge[..., :-2], edge[..., 2:]))

@@ -2,14 +2,15 @@
 
 Stage   RESPONSE: from a contact to its table.
 Model   The middle of every interval of load is solved. The error of the interval is that of the cubic between its ends
-        at the middle, which then becomes a row. The intervals whose halves are expected to miss their target are
+        at the middle. The middle then becomes a row. The intervals whose halves are expected to miss their target are
         halved next, the worst first. This ends when there is no such interval, or at the limit on rows or work. The
         order is fixed and independent of time, so the same contact always gives the same table. Before that, the
         segments of a profile and the number of phases are refined as far as the first rows require. The change by the
         last refinement is part of the error.
 Source  design, sections 1 and 8.
-Limits  MOST_BYTES and MOST_WORK cells: 4 MB and about 0.6 s, or up to 2 s for a finger and a texture over an area. Two
-        cosines take 0.13 s, and more than 0.3 s in 5 scenes of 200. The error that remains at these limits is reported.
+Limits  A table takes at most MOST_BYTES and MOST_WORK cells: 4 MB and about 0.6 s, or up to 2 s for a finger and a
+        texture over an area. Two cosines take 0.13 s, and more than 0.3 s in 5 scenes of 200. The error that remains at
+        these limits is reported.
 """
 
 from __future__ import annotations
@@ -52,15 +53,15 @@ OTHER_BYTES = 128  # per row: its load and means, and the errors of the interval
 TARGETS = (5e-4, 1.5e-3, 5e-3)  # errors of displacement, velocity, acceleration: half of the promised ones
 TARGET_HARMONICS = 32  # the targets hold up to this number; beyond it only that of displacement
 HALVED = 2.5  # least factor by which the error of an interval with a kink falls when it is halved
-SCARCE = 4  # fewer rows left than this many per interval to be halved: only the worst intervals are halved
-REFINED = 4  # doublings of segments or phases; each time the error of segments falls by 4 to 8, the work doubles
+SCARCE = 4  # rows per interval to be halved: if fewer are left, only the worst intervals are halved
+REFINED = 4  # most doublings of segments or phases; each divides the error of segments by 4 to 8 and doubles the work
 SHARE = 0.5  # of the targets, allowed for the discretisation
-SHARE_OF_FOLDS = 3.0  # the same for folding, whose estimate is 2 to 3 times the error; twice the phases halve the rows
+SHARE_OF_FOLDS = 3.0  # the same for folding, estimated 2 to 3 times too high; twice the phases leave half of the rows
 MANY_KINKS = 1.5  # factor on the error of the cubic in the middle: a profile has kinks all over an interval
 ROOM = 1.25  # safety factor for two cosines: in 470 scenes some errors at 64 harmonics were 1.08 times the estimate
 FEWEST_ROWS = 100  # rows that the work must allow; with fewer, the rows have a larger error than the discretisation
-COSINE_ROWS = 200  # the same for two cosines, whose harmonics can cancel: then each interval is small
-HEAVY = 3.0  # times the work that a contact may take until it has FEWEST_ROWS rows: 2 s for an area
+COSINE_ROWS = 200  # the same for two cosines: where their harmonics cancel, intervals are small
+HEAVY = 3.0  # largest factor on the limit of work, to reach FEWEST_ROWS rows: 2 s for an area
 NARROWEST = 1e-4  # relative to its load: an interval this narrow is not halved
 
 
@@ -179,7 +180,7 @@ class TableMaking:
         self.discrete = np.zeros_like(self.extents)
 
     def on(self, response: Response) -> TableMaking:
-        """Return the first rows of `response`: the same one with finer segments, or this one at twice the phases."""
+        """Return the first rows of `response`, which has finer segments or is this one: then at twice the phases."""
         if response is self.response:
             finer = TableMaking(response, replace(self.bounds, phases=2 * self.bounds.phases), self.heaviest)
             finer.discrete = self.discrete
@@ -189,9 +190,9 @@ class TableMaking:
         return finer
 
     def changed_by(self, smaller: Response) -> Array:
-        """Return the error of the cells at the usual load, by what `smaller` ones change [3, counts, 1].
+        """Return the error of the cells at the usual load, from the change with `smaller` ones [3, counts, 1].
 
-        It is relative to the extents there.
+        It is relative to the extents at that load.
         """
         load = np.array([min(USUAL_LOAD, self.heaviest)])
         before, after = (solved_rows(one, load, self.phases).heights for one in (self.response, smaller))
@@ -207,7 +208,7 @@ class TableMaking:
     def excess(self, errors: Array) -> float:
         """Return the largest of `errors` [3, counts, first rows] at usual loads, relative to its target.
 
-        A shallow contact is full below the usual loads: then its heaviest row counts.
+        A shallow contact may be full below the usual loads. Then its heaviest row is used.
         """
         within = np.array(self.counts) <= TARGET_HARMONICS
         judged = self.first >= min(LIGHTEST_JUDGED, self.first[-1])
@@ -216,12 +217,12 @@ class TableMaking:
 
     @property
     def has_room(self) -> bool:
-        """Whether FEWEST_ROWS rows, or COSINE_ROWS, of twice the work would be within the limits."""
+        """Whether FEWEST_ROWS rows (two cosines: COSINE_ROWS) of twice the work would be within the limits."""
         rows = COSINE_ROWS if self.response.of_cosines else FEWEST_ROWS
         return 2 * rows * self.work_of_row <= self.bounds.work
 
     def relative_to_extents(self, gaps: Array, extents: Array) -> Array:
-        """Return the largest value in each quantity of a change of z (m) [rows, phases], relative to `extents`."""
+        """Return the largest change of each quantity, relative to `extents`; gaps: changes of z (m) [rows, phases]."""
         found = swings(self.series(gaps), self.counts, False)
         return relative(found, extents, self.counts, self.response.scale_at(USUAL_LOAD))
 
@@ -233,7 +234,7 @@ class TableMaking:
             chosen = np.flatnonzero(np.isinf(worst) if np.isinf(worst).any() else worst > 1.0)
             if not len(chosen) or room <= 0:
                 return
-            if SCARCE * len(chosen) > room:  # the halves of the worst may need the rows more than the others
+            if SCARCE * len(chosen) > room:  # the halves of the worst may need the rows more than others do
                 chosen = np.sort(chosen[np.argsort(-worst[chosen], kind="stable")][:room])
                 chosen = chosen[worst[chosen] > 0.2 * worst.max()] if np.isfinite(worst.max()) else chosen
             self._halve(chosen)
