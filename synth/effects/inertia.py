@@ -7,15 +7,15 @@ Model   m z'' + c z' + k_p (z - z_w) = reaction(z, theta) - w. z_w is the mean o
         Pressure never pulls, so a contact that is thrown off flies until the pulp brings it back.
 Source  m, c, k_p: Wiertlewski & Hayward (2012), J. Biomech. 45: a fingertip is elastic up to some 100 Hz and viscous
         above; 0.1 to 0.2 g, 0.8 to 2.4 N s/m and 0.5 to 2 kN/m are general knowledge about it (unverified), measured
-        along the skin. Of these ranges the defaults are the mass and damper that leave no resonance on the stiffness of
+        along the skin. The defaults are the mass and damper in these ranges that leave no resonance on the stiffness of
         the default contact: 2 % at 1.4 kHz. With 5 g, 3 N s/m and no spring, the effect is a whole finger on its
         contact: Hajian & Howe (1997), 3.5 to 9 g and 2 to 5 N s/m, as quoted by others (unverified); it rings at 425
         Hz. The stiffness of the contact follows from the load (eqs 4-5). Scheme: Gonzalez (1996), discrete gradient;
         for collisions Chatziioannou & van Walstijn (2015).
-Limits  One mass and a linear pulp: its elastic force grows exponentially with indentation and relaxes (Pawluk & Howe,
-        1999). A fingertip has seven modes below 250 Hz (Serhat & Kuchenbecker, 2021), and at small loads a mass, a
-        spring and a damper are not enough (Fu & Oliver, 2005). The bone follows the load, and does not move with the
-        texture.
+Limits  One mass and a linear pulp. The elastic force of a real pulp grows exponentially with indentation and relaxes
+        (Pawluk & Howe, 1999). A fingertip has seven modes below 250 Hz (Serhat & Kuchenbecker, 2021), and at small
+        loads a mass, a spring and a damper are not enough (Fu & Oliver, 2005). The bone follows the load, and does not
+        move with the texture.
 """
 
 from __future__ import annotations

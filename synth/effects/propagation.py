@@ -1,22 +1,23 @@
 """The motion at a place away from the contact, such as the nail, as an additional channel.
 
 Kind    OUTPUT: adds one channel, `propagated_displacement`, `propagated_velocity` or `propagated_acceleration`, after
-        the channels of the scene. It is the scene's channel of that quantity, with the gain and the delay of the way.
+        the channels of the scene. It is the scene's channel of that quantity, with the gain and the delay of the way
+        from the contact to the place.
 Model   A wave leaves the edge of the contact, at the radius R, and passes the place at the distance r:
             amplitude (r / R)^-g, after the time (r - R) / c; within R nothing changes.
         g is lowest at 225 Hz and larger by 0.2 away from it (`voice.skin_wave` has the whole gain).
-        At the nail, motion below 50 Hz is that of the contact: the fingertip moves nearly as one body. To the skin and
-        the wrist no such part arrives.
-        The power of the distance is the only attenuation. It was measured on skin, so it contains the spreading of the
-        wave, and asin(R / r) / asin(1) (TouchSim), which is the spreading alone, is not multiplied in as well.
-Source  Power law, its lowest exponent, and c = 7 m/s: Manfredi et al. (2012), doi 10.1371/journal.pone.0031203. That
-        g is 1.1 at best and 1.3 elsewhere is how the two exponents of its figure 3 are read here: unverified default.
+        At the nail, motion below 50 Hz is that of the contact: the fingertip moves nearly as one body. The skin and the
+        wrist have no such part.
+        The power of the distance is the only attenuation. It was measured on skin, so it includes the spreading of the
+        wave. TouchSim's factor asin(R / r) / asin(1), which is the spreading alone, is therefore left out.
+Source  Power law, its lowest exponent, and c = 7 m/s: Manfredi et al. (2012), doi 10.1371/journal.pone.0031203. g of
+        1.1 at best and 1.3 elsewhere is one reading of the two exponents of its figure 3: unverified default.
         TouchSim, which also counts the delay from R: Saal et al. (2017), doi 10.1073/pnas.1704856114. 8 mm beside the
         contact: Sofia & Jones (2013), who find waves markedly weaker there. Other distances, 50 Hz and the shapes over
         frequency are unverified defaults.
 Limits  The speed is that of high frequencies at every frequency; waves of low frequencies are slower. No reflections,
         no bone, no joints: the wrist is the surface of a long finger. R does not follow the load. A constant scan of
-        the contact is exact. Otherwise a filter makes the channel; its error is in that of the channel.
+        the contact is exact. Otherwise a filter makes the channel; the channel's error includes that of the filter.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ Model   F = F_s + tanh(u / u0) Q.
         Q is friction, the integral of mu p0 (p / p0)^g over the area. For g = 1 (Coulomb) it is mu w.
         Both follow from the pressure that balances z. They are read from responses over phase and load
         (`contact.forces`) or, where z is simulated, from the simulation.
-        At a reversal friction passes through zero within the speeds u0, so that it does not click.
+        At a reversal friction changes sign gradually, between the speeds -u0 and u0, so that it does not click.
 Source  Slope force: derived from eq. 1 of Fagiani & Barbieri (2016), see `contact.forces`. mu of about 0.5 on dry skin,
         independent of the pressure: Derler & Gerhardt (2012). g: Wandersman et al. (2011), q = beta p^g; 0.8 to 0.9 is
         general knowledge. p0 and u0 are unverified defaults.

@@ -57,7 +57,7 @@ class ChannelPlan:
     level: float = 0.0
 
     def with_error(self, more: Array) -> ChannelPlan:
-        """Return the channel with that of `more` [orders] added to its error."""
+        """Return the channel with the value of `more` [orders] for its order added to its error."""
         return replace(self, error=self.error + float(more[self.order]))
 
     @property
@@ -87,7 +87,7 @@ class SteadyScan(Request):
 
     @property
     def held(self) -> Complex:
-        """The series of z, multiplied by the lift gate, with the harmonics of lower speeds of a moving scan."""
+        """The series of z, multiplied by the lift gate, with all harmonics of a moving scan, also at lower speeds."""
         return np.asarray(self.spectrum.harmonics * self._gate)
 
     @property

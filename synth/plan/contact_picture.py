@@ -53,9 +53,9 @@ MOST_CELLS = 1 << 25  # solver cells of all phases, about 0.3 s; more would dela
 MOST_PATCHES = 1 << 16  # patches of all phases, 3 MB of JSON; for more, the picture has null
 MOST_PATCHES_A_PHASE = 1 << 13  # 40 MB of samples
 SAMPLES_A_PERIOD = 64  # samples of h per period; fewer would miss narrow patches where two surfaces nearly cancel
-KNOTS_A_RIDGE = 256  # of the line through the middle of a fingertip; a tenth of a picture's time
+KNOTS_A_RIDGE = 256  # of the line through the middle of a fingertip; they take a tenth of a picture's time
 CHUNK = 1 << 18  # samples of h in memory at a time, 2 MB per array
-NEAR = 1.0 / 32.0  # of the distance between samples: parabolas through such near heights give an extreme to 1e-9 of it
+NEAR = 1.0 / 32.0  # of the distance between samples: parabolas through heights so near give an extreme to 1e-9 of it
 HALVINGS = 30  # bisections of the distance between samples: leaves 1e-9 of it
 DIGITS = 9  # digits of heights and edges in the picture
 
@@ -135,7 +135,7 @@ class Surfaces:
         return np.asarray(self.geometry.finger(places) - 0.5 * self.dome * from_middle**2)
 
     def shown(self, touching: tuple[Phase, ...] | None) -> tuple[float, float]:
-        """Return begin and length (m) of the contact in the picture. touching: that of the picture."""
+        """Return begin and length (m) of the contact in the picture. touching: the result of `patches`."""
         return self.begin, self.length
 
     def overlap(self, places: Array, turns: Array, approach: Array) -> Array:
@@ -153,7 +153,7 @@ class Surfaces:
 class MiddleLine(Surfaces):
     """The two surfaces along the line of a fingertip through its middle.
 
-    line: height of the fingertip (m) over x (m), a spline: the field of ridges is too slow for every sample.
+    line: height of the fingertip (m) over x (m), a spline: reading the field of ridges at every sample is too slow.
     """
 
     line: CubicSpline

@@ -6,8 +6,8 @@ Model   The force of a spring, with or without adhesion, depends only on the pos
         A viscous skin has a memory at every place, so points of the skin are simulated. So is a contact whose ends
         move with the load: it would need another table at every load.
         Displacement is relative to the mean of the quasi-static z over a period, at the present load. The pulp is at
-        rest there too. Without skin and adhesion, that mean is read from the table, so it is the mean of the z that is
-        simulated, also where the table is a straight line.
+        rest there too. Without skin and adhesion, that mean is read from the table. It is therefore the mean of the
+        simulated z even below the table, where the table continues as a straight line.
 Source  design, section 4.
 Limits  The table of a hand covers loads from LIGHTEST to HEAVIEST_HAND with its tolerance. `EnergyTable.error` reports
         its error.
@@ -27,12 +27,12 @@ from synth.plan.effect_choice import MEAN_PHASES, SimulationCase, outputs_of
 from synth.response.mean_approach import MEAN_PHASES as MEAN_PLACES
 from synth.response.mean_approach import Mean, mean_curve, mean_of
 
-HEAVIEST_HAND = 5.0  # N, smallest range of loads for a hand; above it the contact is linear, as if all of it touched
+HEAVIEST_HAND = 5.0  # N, least upper end of a hand's loads; above that end the contact is linear, as if all touched
 HAND_MEAN = 0.1  # tolerance of the mean of z over a hand's load, which a hand never repeats exactly
 HAND_PLACES = 128  # for that mean: 512 change it by at most 1e-4 of the peak-to-peak from 0.05 N on, 4e-4 at 1 mN
 LIGHTEST = 0.01  # N, smallest load of the table for a varying load
 TABLE_SHARE = 0.2  # error of the table, as a part of the tolerance
-LOOSEST_TABLE, TIGHTEST_TABLE = 1e-3, 1e-5  # of z: derivatives need more than displacement; a tighter one takes seconds
+LOOSEST_TABLE, TIGHTEST_TABLE = 1e-3, 1e-5  # of z: derivatives need a tighter one; beyond the tightest it takes seconds
 
 
 def skin_stepper(case: SimulationCase, terms: Terms, points: int, mean: Mean | None = None) -> tuple[Stepper, Mean]:
@@ -55,7 +55,7 @@ def skin_stepper(case: SimulationCase, terms: Terms, points: int, mean: Mean | N
 def table_stepper(case: SimulationCase, terms: Terms) -> tuple[Stepper, Mean]:
     """Return the stepper of `case` with `terms` on a table of the energy, and the mean of z without adhesion.
 
-    Without adhesion the mean is that of the table, so what is simulated has no other mean.
+    Without adhesion the mean is read from the table, so it is also the mean of the simulated z.
     """
     from synth.effects.simulation.energy_table import EnergyTable
     from synth.effects.simulation.table_steps import TableStepper

@@ -2,20 +2,20 @@
 
 Stage   2 (PLAN). `response.direct_reader` reads what is planned here.
 Model   The rule: a voice reads its table where the table holds every harmonic that is in the band at the scan's own
-        speed. Otherwise eq. 1 is solved along the motion. A table holds 64 harmonics of a band of 1 kHz: those of
-        periods up to 5.1 mm at 80 mm/s. A contact that would take more than MOST_WORK keeps its table, unless its
-        surface is too long for one.
-        A finger that may leave its line over an area reads a layered table of its own direction (`area_source`). In any
-        other direction it is solved along its path. If that would take more than MOST_TURNED, its cells are larger, as
-        far as COARSER allows.
-        The mean that displacement leaves out is that of PLACES places of the surface, at each load.
-        Error: that of a swing (`swing`) at the lightest, the scan's and the heaviest usual load. Over an area the usual
-        rate is halved where no more than FOLDED folds. The error of larger cells is measured against the usual ones, at
-        the scan's own speed. The errors of the filter and of the solver's segments, or of a layered table, are added.
-        LEFT_OF_CHANGE of what cells twice as large as the usual ones change is added too.
+        speed. Otherwise eq. 1 is solved along the motion. A table holds 64 harmonics for a band of 1 kHz, which is
+        enough for periods up to 5.1 mm at 80 mm/s. A contact whose solutions would take more than MOST_WORK keeps its
+        table, unless its surface is too long for one.
+        A finger that may leave its line over an area reads a layered table while it keeps the direction of that line
+        (`area_source`). In any other direction z is solved along its path. If this would take more than MOST_TURNED,
+        the cells are enlarged, up to the last factor of COARSER.
+        Displacement is z less its mean over PLACES places of the surface, at each load.
+        Error: the folded error of a swing (`swing`) at the lightest, the scan's and the heaviest usual load. The errors
+        of the filter and of the solver's segments, or of a layered table, are added. Over an area LEFT_OF_CHANGE of
+        the change by cells twice as large as the usual ones is added too, and the usual rate is halved if the folded
+        error stays within FOLDED. The error of larger cells is measured against usual ones, at the scan's own speed.
 Source  design, sections 1 and 8.
-Limits  The error is that of one swing, at one place for each load. Effects that read a table of their own, over a
-        period, keep the table of the contact too, so that all channels have one delay.
+Limits  The error is that of one swing, at one place for each load. If an effect reads a table of its own, over a
+        period, the contact keeps its table too, so that all channels have one delay.
 """
 
 from __future__ import annotations
@@ -50,19 +50,19 @@ if TYPE_CHECKING:
     from synth.response.area_source import AreaSource
     from synth.response.layered_table import LayeredTable
 
-OVER_AREA = 8.0  # time of a solution on a height field over that of its cells
-FEWER = 0.5  # factor on the usual number of solutions over an area, where z is smoother, if no more than FOLDED folds
-FOLDED = 0.01  # of the peak-to-peak
+OVER_AREA = 8.0  # factor on EXACT_CELL for a height field
+FEWER = 0.5  # factor on the usual number of solutions over an area, where z is smoother, if FOLDED permits it
+FOLDED = 0.01  # of the peak-to-peak: largest folded error with fewer solutions
 MOST_WORK = 0.2  # predicted s of processor time per second; more would leave no room for other hands
-MOST_TURNED = 0.16  # predicted s per second of a finger that is turned over an area, at 1.8 N; half of it at 0.3 N
+MOST_TURNED = 0.16  # predicted s per second for a finger turned over an area, at 1.8 N; at 0.3 N it takes half of it
 COARSER = (1.0, 1.5, 2.0, 3.0)  # factors on the size of the cells of an area
-LEFT_OF_CHANGE = 0.5  # error of cells over the change from ones twice as large: a third, as it is of second order
-MOST_MAKING, WORKERS = 3.0, 2  # predicted s of processor time for a layered table, and threads
-MEAN_TOLERANCE = 0.1  # of the mean of z over the load: its error is a thousandth of this, of the peak-to-peak
-AREA_MEAN_TOLERANCE = 2.0  # over areas and long surfaces, where the mean of PLACES places errs by more than these 0.2 %
-PLACES, MEANS = 128, 9  # places and least loads of the mean of z: a fingertip takes 30 us for each of both
-PATH_SLOPE = 0.618033988749895  # of the path on which solutions per second are judged: it meets no line of points
-TURNED = 0.03  # s of the swing on which the error of a finger that turns is measured
+LEFT_OF_CHANGE = 0.5  # error of cells over the change by cells twice as large; second order would give a third
+MOST_MAKING, WORKERS = 3.0, 2  # predicted s of processor time to make a layered table, and number of threads
+MEAN_TOLERANCE = 0.1  # tolerance of the mean of z over the load; its error is a thousandth of it, of the peak-to-peak
+AREA_MEAN_TOLERANCE = 2.0  # the same over areas and long surfaces: 0.2 %, below the error of a mean over PLACES places
+PLACES, MEANS = 128, 9  # places, and least number of loads, of the mean: a fingertip takes 30 us per place and load
+PATH_SLOPE = 0.618033988749895  # slope of the path on which the rate of solutions is judged: along no row of points
+TURNED = 0.03  # s, length of the swing on which the error of a finger that turns is measured
 
 PLAIN = ("heaviest", "band", "finer", "rate", "fastest", "loads", "errors", "solution_seconds")
 """Fields of a DirectPlan that are numbers."""
@@ -70,9 +70,9 @@ PLAIN = ("heaviest", "band", "finer", "rate", "fastest", "loads", "errors", "sol
 
 @dataclass(frozen=True, slots=True)
 class Turning:
-    """What it takes to turn a finger from its own direction over an area.
+    """Error and cost of a finger that is turned from its own direction over an area.
 
-    errors: what is then added to the errors of displacement, velocity and acceleration, relative to the peak-to-peak.
+    errors: then added to the errors of displacement, velocity and acceleration, relative to the peak-to-peak.
     work: measured processor time of a second of sound between two directions, s.
     """
 
@@ -84,7 +84,7 @@ class Turning:
 class DirectPlan:
     """How a voice solves eq. 1 along its motion.
 
-    contact: what gives z: the contact over the whole surface, or `area_source.AreaSource`.
+    contact: source of z: the contact over the whole surface, or `area_source.AreaSource`.
     mean: mean of z over places of the surface (m), over the cube root of the load (N^(1/3)).
     heaviest: largest load that is solved, N; a heavier one is read as this load.
     band: frequency up to which every component is kept, Hz.
@@ -116,7 +116,7 @@ class DirectPlan:
 
     @property
     def memory_bytes(self) -> int:
-        """Memory of the contact, in bytes, without a layered table, which is shared and whose voice needs no solver."""
+        """Memory of the plan, in bytes. With a layered table, which is shared, neither it nor the grid is counted."""
         contact: Any = self.contact
         return 4096 + (0 if self.table is not None else int(contact.grid.nbytes))
 
@@ -129,7 +129,7 @@ class DirectPlan:
 def follows_path(scene: Scene) -> bool:
     """Return whether a hand can lead the finger of `scene` over an area and turn it.
 
-    The texture must vary across. No effect may replace the response by a simulation, which knows one line only.
+    The texture must vary across. No effect may replace the response by a simulation, which covers one line only.
     """
     return isinstance(profile_of(scene), HeightField) and not any(asked_effects(scene, Kind.BALANCE))
 
@@ -159,7 +159,7 @@ def predicted_work(scene: Scene, contact: Contact) -> float:
 
 @dataclass(frozen=True)
 class Spread:
-    """How large the cells of a finger are over an area: the factor that `affordable` has chosen."""
+    """Factor on the size of a finger's cells over an area, as `affordable` has chosen it."""
 
     coarser: float
     memory_bytes = 8
@@ -174,7 +174,7 @@ def least_solutions(contact: Contact) -> float:
 
 
 def affordable(scene: Scene, cache: ResponseCache) -> Contact:
-    """Return the contact of `scene` over an area, with cells so large that solving it takes MOST_TURNED."""
+    """Return the contact of `scene` over an area, in the finest cells of COARSER that take at most MOST_TURNED."""
     fine = contact_of(scene)
 
     def chosen() -> Spread:
@@ -194,7 +194,7 @@ def direct_plan(
 
     contact: contact of one period, on which the solver's segments are judged.
     whole: contact of the whole surface, which is solved.
-    tolerance: largest error, with more solutions where they are needed. None: the usual number.
+    tolerance: largest error; solutions are added until it is met. None: the usual number of solutions.
     """
     scene, heaviest, (low, high) = asked.scene, bounds_for(asked.scene).heaviest, asked.reported_loads
     loads = min(low, HAND_LOADS[0]), scene.scan.load, max(high, HAND_LOADS[1])
@@ -220,7 +220,7 @@ def direct_plan(
 
 
 def _form_along(whole: Contact) -> FileForm[DirectPlan]:
-    """Return the form of the file of a plan along a line on `whole`, which is made again from the scene."""
+    """Return the form of the file of a plan along a line. The file leaves out `whole`, which the scene determines."""
 
     def document(plan: DirectPlan) -> dict[str, Any]:
         assert isinstance(plan.mean, MeanSpline), "loads from 0 N"
@@ -308,7 +308,7 @@ def _over_area(
     from synth.contact.area_path import coarsened
 
     swing = Swing(FEWER * SOLUTIONS * band, band, fastest, PATH_SLOPE)
-    slower = replace(swing, fastest=own or fastest)  # finer waves are then in the band
+    slower = replace(swing, fastest=own or fastest)  # at this speed finer waves are in the band
     fine = coarsened(coarse, 1.0)
 
     def most_changed(contact: Any, better: Any) -> Array:
@@ -322,7 +322,7 @@ def _over_area(
         cells = LEFT_OF_CHANGE * most_changed(coarsened(coarse, 2.0), fine)
     else:
         source = coarse = fine
-        cells = np.zeros(len(QUANTITIES))  # a file has chosen them
+        cells = np.zeros(len(QUANTITIES))  # `cells_along_path` has chosen them
         mean = mean_over_area(coarse, (0.0, heaviest), loads[1], AREA_MEAN_TOLERANCE, PLACES, MEANS)
     folded, seconds = folded_errors(source, swing, loads)
     missed = most_changed(source, fine) + cells
@@ -339,7 +339,7 @@ def _filtered(
 ) -> tuple[float, float, tuple[float, ...]]:
     """Return the factor on the usual number of solutions, the solutions per second, and the errors.
 
-    folded: what folds into the band at the rate of `swing`.
+    folded: folded error in the band at the rate of `swing`.
     others: further errors.
     finer: the least factor.
     """

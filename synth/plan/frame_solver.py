@@ -3,22 +3,22 @@
 Stage   2, used by `preparation`. `solved_frames` renders the result, and `motion_peak` searches it for the largest
         values.
 Model   y = g(w) (z(p / lambda2, w) - mean of z over a period at w) is solved at equal steps of time: several per frame,
-        or, for a narrow band, some in several frames. One product in the frequency domain limits the band, takes the
-        derivatives and reduces the rate to the frame rate:
+        or, for a narrow band, `count` per `stride` frames. One product in the frequency domain limits the band, takes
+        the derivatives and reduces the rate to the frame rate:
 
             (2 pi i f)^k / 2 erfc((f - CUT rate) / (WIDTH rate))
 
         This is done chunk by chunk, with margins on both sides that are longer than the filter's ringing. The mean
         over a period is a spline over w^(1/3), because it is smooth in w^(1/3).
-        Number of solutions: n solutions per period fold as much as a steady series of n phases. Loads of the scan are
-        probed for the number of phases with which their series reach the tolerance. With the fastest speed, this gives
-        the solutions per second. A landing requires a minimum number.
-        If the load is constant, the series is read, which is cheap. Otherwise every solution is one of eq. 1, and so
-        they are on a surface whose period is too long for a series, at a constant speed too.
+        Number of solutions: the folded error of n solutions per period is that of a steady series of n phases. At some
+        loads of the scan, the series is solved to find how many phases the tolerance requires. The solutions per second
+        are this number times the largest speed in periods per second. A landing requires a minimum number.
+        If the load is constant, the series is read, which is cheap. If the load varies, or if the period of the surface
+        is too long for a series, every solution is one of eq. 1.
 Source  design, sections 4 (`"exact"`) and 8. `contact.exact_solver` solves eq. 1 (Fagiani & Barbieri, 2016). The
         constants were measured with 18 recordings of 0.1 to 1 N, on one machine.
 Limits  The filter is 1 to within 1e-9 up to 0.40 of the rate, and below 1e-9 above 0.49 of the rate. For a narrower
-        bandwidth these are parts of the bandwidth. A solution costs a few microseconds. Costs are predicted, not
+        bandwidth both limits fall in proportion. A solution costs a few microseconds. Costs are predicted, not
         measured, so that the same scene is always solved by the same method.
 """
 
@@ -40,8 +40,8 @@ from synth.scene.scene import Scene
 
 Heights = Callable[..., Array]
 
-WITH_MEAN = -1  # stands for the approach, which is z itself; order 0 is displacement, z minus its mean
-CUT, WIDTH = 0.445, 0.0105  # parts of the rate: half amplitude, and width of the edge; 0.045 above the cut 1e-9 is left
+WITH_MEAN = -1  # order of the approach, which is z itself; order 0 is displacement, z minus its mean
+CUT, WIDTH = 0.445, 0.0105  # parts of the rate: half amplitude, and width of the edge; 1e-9 is left 0.045 above CUT
 MARGIN = 192  # frames on each side of a chunk at the full band: the ringing of the filter is below 1e-15 there
 CHUNK = 4096  # frames of a chunk, unless the filter rings for long
 TOGETHER = 1 << 21  # largest number of solutions of a chunk and its margins (200 MB), unless the margins need more
@@ -49,7 +49,7 @@ PROBED_LOADS = 5  # loads of the recording at which the number of phases per per
 FEWEST_PHASES = 16  # per period, if every probed load is in full contact
 FALL = 2.5  # the error falls with the number of phases to this power: kinks of order 3/2
 # Folded error of displacement, velocity and acceleration with SEEN solutions per frame, relative to the peak-to-peak.
-# Measured with recordings that land in full contact, at 8 to 48 kHz. A landing passes contacts of no recorded load.
+# Measured with recordings that land in full contact, at 8 to 48 kHz. A landing passes loads that are not probed.
 SEEN, FOLDED = 4, (2.5e-4, 8e-4, 3e-3)
 FOLDED_SHARE = 0.3  # part of the tolerance for the folded error
 EXACT_CELL = 8.0  # ns per phase and cell of the solver, on one core with AVX-512; slower machines exceed PATIENCE
@@ -93,8 +93,8 @@ def plan_frames(
 ) -> FramePlan | None:
     """Return how the moving scan of `scene` is solved, or None if that would take too much time or memory.
 
-    contact: the contact, of a stretch where the surface is long.
-    solved: every solution is one of eq. 1, also where the load is constant, and is not read from a series.
+    contact: the contact; on a long surface, that of its stretch.
+    solved: whether every solution is one of eq. 1 even at a constant load, instead of being read from the series.
     demand: harmonics, orders and tolerance of the series.
     known: a load (N) and its series to this demand.
     tolerance: whole tolerance, of which that of the demand is a part.
@@ -132,9 +132,9 @@ def counted(
     errors: tuple[float, ...],
     solution: float,
 ) -> FramePlan | None:
-    """Return a plan of at least `count` solutions per stride, with what a landing needs, as `plan_frames` does.
+    """Return a plan of at least `count` solutions per stride, more if a landing requires them; see `plan_frames`.
 
-    orders, errors: of the quantities, and their errors without the landing.
+    orders, errors: of the time derivatives; their errors are those without a landing.
     solution: time of a solution without transforms, ns.
     """
     motion, stride = ScanMotion(scene), stride_of(scale)

@@ -29,7 +29,7 @@ from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
 
-OVERSAMPLING = 4  # solutions per frame: the band is 0.40 of the rate, so only lines 9 times as high fold into it
+OVERSAMPLING = 4  # solutions per frame: the band is 0.40 of the rate, so only lines above 9 times the band fold into it
 TOLERANCE = 1e-2  # tolerance of the series for the estimates
 PATIENCE = 1.0  # s of predicted work, which delays the opening of a recording; with less, louder parts may be missed
 FEW_PERIODS = 5  # texture periods: a shorter stroke may not pass its loudest place
@@ -50,7 +50,7 @@ def peaks_along(
     output, stroke = scene.output, scene.scan.stroke
     rate = min(output.sample_rate, max(100, math.ceil(output.band_limit / BAND)))
     solver = FrameSolver(contact.heights, scene, mean, rate, count=OVERSAMPLING, scale=1.0)
-    # the motion ends or repeats after this time (s); a line over an area does neither
+    # time (s) after which the motion ends or repeats, or the output ends
     ended = output.duration if scene.scan.trajectory is None else ScanMotion(scene).duration + LIFT_TIME
     length = ended if stroke is None else stroke.period
     chunks = list(range(math.ceil(length * rate / solver.chunk)))

@@ -25,8 +25,8 @@ from synth.response.mean_approach import Mean, mean_curve, mean_over_area
 from synth.scene.scene import Scene
 from synth.surfaces.height_field import HeightField
 
-MEAN_SHARE = 50.0  # the mean on a line over an area, whose every load is costly, errs by a twentieth of the tolerance
-PLACES = 512  # of a long surface at which the peaks of displacement and approach are looked for
+MEAN_SHARE = 50.0  # times the tolerance: the costly mean on a line over an area, whose error is then a twentieth of it
+PLACES = 512  # places of a long surface at which the peaks of displacement and approach are computed
 
 
 def own_motion(
@@ -34,7 +34,7 @@ def own_motion(
 ) -> tuple[Mean | None, dict[int, float]]:
     """Return the mean of z, and the peak of each order along the scan's own motion.
 
-    They are None and empty if the scan's own speed and load determine the peaks.
+    If the scan's own speed and load determine the peaks, the mean is None and only a long surface has peaks.
 
     series: contact of one period of the series; `contact` is on the whole surface.
     """

@@ -1,12 +1,13 @@
-"""How small the cells of a file along a path over an area are, and how often it is solved.
+"""Choose the size of the cells, and the solutions per second, of a file along a path over an area.
 
 Stage   2 (PLAN).
 Model   A finger swings over the area as `swing.Swing` does, at the largest speed of the scan and at its load. The
-        solutions per second are doubled until halving them changes each quantity in the band by FOLDED_SHARE of the
-        tolerance. Where the finger turns, the error halfway between two of the directions of `area_path` is added.
-        Before, the cells are halved until what remains of their error, by what the halves change, is DISCRETE_SHARE of
-        the tolerance, or the next ones would take more than MOST_WORK. A live voice along a line keeps the usual cells
-        and reports their error.
+        solutions per second are doubled until the folded error of each quantity in the band, by the change when they
+        are halved, is FOLDED_SHARE of the tolerance. Where the finger turns, its error between two of the directions of
+        `area_path` is added.
+        Before that, the cells are halved until their remaining error, by the change when they are halved, is
+        DISCRETE_SHARE of the tolerance, or until smaller ones would take more than MOST_WORK. A live voice along a line
+        keeps the usual cells and reports their error.
 Source  design, section 4.
 Limits  The swing is short, and along one line of the area.
 """
@@ -35,10 +36,10 @@ from synth.response.table_error import QUANTITIES
 from synth.response_cache import ResponseCache
 
 SECONDS = 0.05  # of the swing: at 80 mm/s it covers 1.3 mm
-SHORT, BEGINS = 0.03, (0.1, 0.5, 0.8)  # of the swings on which cells are judged, s and turns
+SHORT, BEGINS = 0.03, (0.1, 0.5, 0.8)  # length (s) and middle phases (turns) of the swings on which cells are judged
 UNSEEN = 2.0  # the error of cells along a path over that on the swings: in 28 random scenes it was up to 2.2
 MOST_WORK = 10_000  # per place, in cells of the exact solver: 0.6 ms; a second of sound then takes 10 s
-CELLS_SHARE = 0.1  # of the error of the cells: folded errors need not be smaller
+CELLS_SHARE = 0.1  # of the error of the cells: folded errors need not be smaller than this part
 MOST_SOLUTIONS = 4e5  # per second: 40 s of processor time for each of sound
 
 
@@ -54,7 +55,7 @@ CELLS_FORM = json_form(asdict, lambda fields: CellErrors(tuple(fields["errors"])
 
 
 def cells_along_path(asked: Request, contact: Any, tolerance: float) -> tuple[Any, Array]:
-    """Return `contact` in the cells of a file along a path, and what remains of their error in each quantity."""
+    """Return `contact` in the cells of a file along a path, and the remaining error of each quantity by the cells."""
     scene = asked.scene
     load, fastest = max(scene.scan.load, scene.scan.lift_load), ScanMotion(scene).fastest()
     swing = Swing(SOLUTIONS * scene.output.band_limit, scene.output.band_limit, fastest, PATH_SLOPE, SHORT)
@@ -74,7 +75,7 @@ def cells_along_path(asked: Request, contact: Any, tolerance: float) -> tuple[An
 
 
 def cells_along_line(asked: Request, contact: Any, cache: ResponseCache) -> Array:
-    """Return the error of the cells of a live voice along its line in each quantity, by what halved ones change.
+    """Return the error of each quantity by the cells of a live voice along its line, from the change by halved cells.
 
     contact: over the area. The speed and load are those of the scan.
     """
@@ -88,14 +89,14 @@ def cells_along_line(asked: Request, contact: Any, cache: ResponseCache) -> Arra
         theta, demand = np.arange(phases) / phases, Demand(highest, tuple(range(len(QUANTITIES))), 0.0)
         before, after = (harmonics_of(one.approach(theta, load)[0], highest) for one in (contact, smaller))
         changed, _allowed = changes(before, after, demand, smaller.scale_at(load))
-        return CellErrors(tuple(one / (1.0 - FIRST_ORDER) for one in changed))  # one change shows no faster fall
+        return CellErrors(tuple(one / (1.0 - FIRST_ORDER) for one in changed))  # one change cannot show a faster fall
 
     key: tuple[Any, ...] = ("cells along the line", contact.key, load, highest)
     return np.array(cache.get(key, found, partial(entry_of, scene, contact, key[2:], CELLS_FORM)).errors)
 
 
 def beside_cells(tolerance: float, cells: Array) -> float:
-    """Return what `tolerance` leaves for the other errors of a file; cells: as of `cells_along_path`."""
+    """Return the part of `tolerance` for the other errors of a file; cells: as of `cells_along_path`."""
     return tolerance - min(float(np.max(cells)), DISCRETE_SHARE * tolerance)
 
 

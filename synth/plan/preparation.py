@@ -6,9 +6,9 @@ Model   Harmonics below 0.40 of the rate, and below the bandwidth, are kept at t
         A moving scan is solved along its motion (`frame_solver`). A hand, and a moving scan whose blocks have
         deadlines, read the response table instead, or are solved directly where it is too coarse; over an area they
         read a layered table (`direct_plan`).
-        A surface whose period is too long for a series has that of a stretch (`stretch`), for its levels only.
+        If the period of a surface is too long, the series is that of a stretch (`stretch`) and gives levels only.
 Source  design, section 4.
-Limits  The number of harmonics is that of `request`.
+Limits  `request` limits the number of harmonics.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ from synth.surfaces.height_field import HeightField
 
 SERIES_SHARE = 0.7  # part of a moving scan's tolerance for its series; the folded error of a landing uses the rest
 TIGHTEST, LOOSEST = 1e-7, 3e-2  # range of the tolerance for "imperceptible", which is the range of accuracy.tolerance
-OF_LEVELS = 2e-2  # tolerance of a series from which a live voice that solves directly has its levels, and nothing else
+OF_LEVELS = 2e-2  # least tolerance of a series that gives only the levels of a live voice, which solves directly
 LONGEST_WHOLE = 1.0  # m: longest period over which effects are solved: the longest of a texture that is not a profile
 WIDE = 64  # harmonics in the band: a live scan of an area with more is solved along its path, as its series takes long
 FELT = 0.1  # of the peak-to-peak: smaller errors cause no warning, as a hand distinguishes amplitudes by 0.1 to 0.25
@@ -79,8 +79,8 @@ class Preparation(Request):
     spectrum: series of z at the scan's load; None if the scene is silent.
     channels: plans of the channels.
     silence: why the scene is silent, or "".
-    mean: mean of z over a period (m), over the cube root of the load (N^(1/3)). It is None unless the scan's own motion
-        determines the full scale, or the scene has an approach channel.
+    mean: mean of z over a period (m), over the cube root of the load (N^(1/3)). It is None unless the scan moves, and
+        its own motion determines the full scale, the surface is long, or the scene has an approach channel.
     frames: how a moving scan is solved; None if a table is read.
     table: table that a moving voice reads, or None.
     direct: how a moving voice is solved directly, or None.
@@ -156,7 +156,7 @@ def prepare(
     stretch = _stretch(scene)
     scan = scene.scan
     moves = scan.stroke is not None or scan.trajectory is not None or not scan.along_x or stretch is not None
-    heard = by_hand or paced  # at once
+    heard = by_hand or paced  # while it is rendered
     area = heard and follows_path(scene)
     area = area and (by_hand or moves or harmonics_in_band(scene, WIDE + 1) > WIDE)
     paced = paced and (bool(scene.effects) or moves or area)
@@ -192,7 +192,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
     contact, shapes, demand = _shaped(asked, contact, left)
     spectrum = _series(asked, contact, demand, cache)
     if all(one.full_scale for one in scene.output.channel_list) and demand.of_still(spectrum.harmonics):
-        spectrum = _series(asked, contact, replace(demand, still=0.0), cache)  # it is heard at its own full scale
+        spectrum = _series(asked, contact, replace(demand, still=0.0), cache)  # a given full scale keeps it heard
     on_surface = None if asked.stretch is None else on_whole(contact, scene)
     solved = replace(solved, tolerance=tolerance, contact=contact, on_surface=on_surface)
     steady = SteadyScan(*asked.request, spectrum)
@@ -274,7 +274,7 @@ def _shaped(asked: Request, contact: Contact, tolerance: float) -> tuple[Contact
     still = 0.0 if asked.by_hand or asked.moving else SMALLEST_MOTION
     demand = Demand(harmonics, asked.orders, share * spendable(tolerance), still)
     long = asked.stretch is not None
-    # tables refine themselves
+    # the making of a table refines it
     if any(asked_effects(scene, Kind.BALANCE)) or ((asked.load_varies or long) and not asked.live):
         usual, ends = pressed(scene), (0.0, HEAVIEST) if asked.by_hand else loads
         judged = tuple(sorted({max(load, scene.scan.lift_load) for load in (*ends, usual)}))
@@ -292,7 +292,7 @@ def _series(asked: Request, contact: Contact, demand: Demand, cache: ResponseCac
 
 
 def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> Preparation:
-    """Return a moving scan with its errors and, unless its frames are solved, the table that its voice reads."""
+    """Return a moving scan with its errors and, unless its frames are solved, the table or direct plan of its voice."""
     assert solved.contact is not None
     wanted, table, direct = solved.tolerance if exact else None, None, None
     if solved.frames is not None:

@@ -57,8 +57,8 @@ def table_of_scene(
 
     bounds: limits on the table's cost; None for those of `bounds_for`.
     cache: cache from which the table is taken if it is there, and in which a new one is kept.
-    Raises SceneError if neither surface has a height and for a surface that is too long for a table, and for a
-    shape that cannot be solved.
+    Raises SceneError if neither surface has a height, if the surface is too long for a table, and if the shape
+    cannot be solved.
     """
     geometry = Geometry.of_scene(scene)
     if geometry.height_scale == 0.0:
@@ -84,7 +84,7 @@ def kept_table(
 
     response: a contact or a force of `scene`.
     work: permitted cost, relative to that of a contact's table.
-    tolerance: tolerance to which the table is made, within EXACT_BYTES, for any time it takes. None: the cost is
+    tolerance: tolerance to which the table is made, within EXACT_BYTES, however long that takes. None: the cost is
         limited so that a voice can wait for it.
     """
     bounds = bounds_for(scene)
@@ -106,14 +106,14 @@ def _kept(response: Response, scene: Scene, cache: ResponseCache, bounds: TableB
 
 
 def entry_of(scene: Scene, response: Response, decided_by: Hashable, form: FileForm[T]) -> FileEntry[T] | None:
-    """Return by what a result of `scene` is found among the files, None unless it is kept there.
+    """Return the entry of a result of `scene` among the files, or None if no file keeps it.
 
-    Kept are results of an unchanged texture of the catalogue, of an imported surface or of a kind without fields, under
-    an unchanged finger and without effects; over an area, on its middle line. A slider would fill the folder with
-    others.
+    Files keep results for an unchanged finger without effects. The texture must be one of the catalogue, an imported
+    surface or a kind without fields, also unchanged; over an area, the line must be the middle one. Others are not
+    kept, because moving a slider would fill the folder.
 
-    response: that of the result; one that is not the whole contact of the scene is not kept.
-    decided_by: numbers that, beside finger and texture, decide the result.
+    response: the response of the result, which must be the whole contact of the scene.
+    decided_by: numbers that determine the result, in addition to finger and texture.
     """
     document = scene_document(scene)
     if scene.effects or document["finger"] != _finger_document(scene.finger.kind):

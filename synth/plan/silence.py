@@ -1,6 +1,6 @@
-"""Say why a scene is silent, before anything is solved.
+"""Find out why a scene is silent, before anything is solved.
 
-Stage   2 (PLAN), used by `preparation`. What is silent because it moves too little is found later (`channels`).
+Stage   2 (PLAN), used by `preparation`. A finger that moves too little is found later (`channels`).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ def silence_of(asked: Request, geometry: Geometry) -> str:
 
 
 def above_band(asked: Request) -> str:
-    """Return that every harmonic is above the band, or ""."""
+    """Return the sentence that every harmonic is above the band, or ""."""
     if asked.highest > 0:
         return ""
     output = asked.scene.output

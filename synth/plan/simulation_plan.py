@@ -3,10 +3,11 @@
 Stage   2, used by `preparation`. `simulation.running` runs the simulation, which replaces the response.
 Model   A pilot is a run of whole texture periods of the steady scan. A stroke or a recording is also run along its own
         motion.
-        Points: the number of skin points is doubled until the last doubling changes the pilot little.
-        In a file, points also take the place of a table that is too coarse, as of a texture with a long period.
+        Points: the number of skin points is doubled until their error, from the change of the pilot by the last
+        doubling, is within POINTS_SHARE of the tolerance.
+        In a file, points also replace a table that is too coarse, such as that of a texture with a long period.
         Steps: pilots are run with n and 2 n steps per frame. n is doubled until they agree within SETTLED of the
-        tolerance; live, or within TABLE_STEPS of the error of the table.
+        tolerance or, live, within TABLE_STEPS of the error of the table if that is larger.
         Change: a pilot of the same contact without mass, memory and adhesion shows what the effects change.
         `errors` is the sum of
         - the change by twice the steps, plus a third of it (second order);
@@ -51,15 +52,15 @@ STEADY_BAND, MOVING_BAND = (0.40, 0.45), (0.35, 0.49)  # kept and removed band, 
 WIDENING, WIDENING_AFTER_HAND = 1.5, 2.0
 LEAST_ATTENUATION, MOST_ATTENUATION = 70.0, 140.0  # dB
 FEWEST_STEPS = 96e3  # smallest number of steps per second: contacts change within tens of microseconds
-FORGOTTEN, AHEAD = 16.0, 0.05  # time constants of a memory, after which 1e-7 is left; longest such time of a stream, s
+FORGOTTEN, AHEAD = 16.0, 0.05  # number of time constants that leave 1e-7 of a memory; longest such time of a stream, s
 SETTLING = 0.5  # s that are simulated before the first frame of a run that begins in the middle of its motion
-BUSY, BUSY_FILE = 0.14, 8.0  # predicted s of work per second of sound: limits other live voices; files would take hours
+BUSY, BUSY_FILE = 0.14, 8.0  # predicted s of work per second: more hinders other live voices; files would take hours
 PATIENCE, PATIENCE_FILE = 0.2, 1.0  # predicted s of work of the next finer pilot, live and for a file
 SHARED = 1.5  # measured over predicted time on a processor that shares its caches: 1 to 2 were seen
 FEWEST_POINTS, MOST_POINTS = 65, 16385  # of skin: fewer points save less than a call costs; the most take 30 us
 SETTLED = 0.4  # largest change of a quantity by twice the steps, as a part of the tolerance
 TABLE_STEPS = 0.25  # the same, live, as a part of the error of the table if that is larger: more steps would not help
-TOO_COARSE = 4.0  # error of a table, over the tolerance of a file, from which on points take its place: they cost more
+TOO_COARSE = 4.0  # error of a file's table over the tolerance, above which points replace the table; they cost more
 POINTS_SHARE = 0.5  # error of the skin's points, as a part of the tolerance
 LEFT_BY_POINTS = 0.55  # error over the change by half the points: order 1.5, from kinks where surfaces begin to touch
 
@@ -241,7 +242,7 @@ def _start_errors(case: SimulationCase, tried: Pilot) -> tuple[float, ...]:
         factor = 1.0 / -math.expm1(-simulation.settling / memory) if memory > 0.0 else 1.0
     differences = []
     for run in (run_pilot(other, case) for other in others):
-        if case.orders[0] == 0:  # a mean that drifts is heard: the output has one offset
+        if case.orders[0] == 0:  # the output has one offset, so a drift of the mean is heard
             run.moved[0] += run.offset - tried.offset
             run.own[:1] += run.offset - tried.offset
         differences.append(run.differs_from(tried))
@@ -327,7 +328,7 @@ def _attenuation_of(case: SimulationCase) -> float:
 def _filters_of(case: SimulationCase, terms: Terms, steps: int) -> Decimator:
     """Return the decimator from `steps` steps to a frame.
 
-    If the mass has an effect within the band, the decimator compensates for what the mass's steps lose.
+    If the mass has an effect within the band, the decimator compensates for the amplitude that its steps lose.
     """
     orders = tuple(sorted({0, *case.orders}))
     rate = case.scene.output.sample_rate

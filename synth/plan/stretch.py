@@ -1,14 +1,14 @@
 """A stretch of a long surface, made periodic: levels and errors of the whole surface are estimated on it.
 
 Stage   2 (PLAN). What is rendered always comes from the whole surface (`direct_reader`, `frame_solver`).
-Model   A surface is long where its period has more harmonics in the band than a series may have. Its stretch is LENGTH
-        of it, or LENGTHS contacts where that is longer: the roughest of all such pieces, by rms slope, so that an
-        automatic full scale allows for all of them. A straight line is subtracted, and over the length of a contact the
-        end is cross-faded with what lies before the beginning. So the stretch repeats without a step, and the series of
-        `response.spectrum` are those of a usual texture.
+Model   A surface is long where its period has more harmonics in the band than a series may have. Its stretch is a piece
+        of it that is LENGTH long, or LENGTHS contact lengths if that is longer. Of all such pieces it is the one with
+        the largest rms slope, so that an automatic full scale allows for all of them. A straight line is subtracted.
+        Over one contact length the end is cross-faded to the heights before the beginning. The stretch then repeats
+        without a step, and `response.spectrum` solves it like any texture.
 Limits  Waves longer than the stretch are not in its levels; the peaks of displacement and approach also allow for
-        places of the whole surface. Smooth surfaces, whose waves are about as long as the stretch or longer, have few
-        harmonics that matter and need none. A height field has none.
+        places of the whole surface. Smooth surfaces, with fewer than SMOOTH waves in a stretch, have few harmonics that
+        matter and need no stretch. A height field has no stretch.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ from synth.surfaces.measured import MeasuredProfile
 from synth.surfaces.profile import Array, Profile
 
 LENGTH, LENGTHS = 50e-3, 4.0  # m, and contact lengths: a shorter stretch has fewer lines, a longer one takes longer
-FEWEST_STRETCHES = 2.0  # of the period: a shorter period is its own stretch
-SMOOTH = 4.0  # waves of the equivalent sinusoid in a stretch; with fewer it shows no wave of the surface
+FEWEST_STRETCHES = 2.0  # stretches in a period; a shorter period needs no stretch
+SMOOTH = 4.0  # waves of the equivalent sinusoid in a stretch; with fewer the stretch does not show them
 POINTS = 1 << 14  # heights of a stretch of a surface that is not given as heights: 3 um apart
-MOST_SEGMENTS = 1 << 22  # of a whole surface, 134 MB: more than one segment per height only where that is room
+MOST_SEGMENTS = 1 << 22  # of a whole surface, 134 MB; a surface with more heights has one segment per height
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +56,7 @@ def stretch_of(scene: Scene, harmonics: int, most: int) -> Stretch | None:
     """Return the stretch on which the levels of `scene` are estimated; None: its own period.
 
     harmonics: number of harmonics in the band.
-    most: largest number of a series.
+    most: largest number of harmonics of a series.
     """
     length = max(LENGTH, LENGTHS * scene.finger.contact_length)
     if harmonics <= most or scene.texture.period < FEWEST_STRETCHES * length:

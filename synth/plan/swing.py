@@ -1,9 +1,9 @@
 """The error of solutions of eq. 1 along a motion, measured on a finger that swings.
 
 Stage   2 (PLAN). `direct_plan` reports this error.
-Model   A finger swings by a cosine, as fast as the fastest usual hand. z over one swing is periodic, so its Fourier
-        series gives the band exactly. It is solved at twice the rate; what the usual rate folds into the band is the
-        difference.
+Model   A finger swings by a cosine, up to a given speed. z over one swing is periodic, so its Fourier series gives the
+        band exactly. z is solved at twice the usual rate. The band from every second solution differs from the band
+        from all of them by what folds at the usual rate.
 Source  design, section 8.
 Limits  The error is that of one swing, at one place for each load.
 """
@@ -21,8 +21,8 @@ from synth.arrays import Array
 from synth.response.table_error import QUANTITIES
 
 SWING = 0.1  # s: a shorter swing passes less of the surface, a longer one delays the first sound
-FOLD_POWER = 1.5  # of the rate, by which the folded error falls at least: kinks of order 3/2 give 2.5
-MORE_FOLDS = 1.0 / (1.0 - 2.0**-FOLD_POWER)  # what folds at the usual rate, over what no longer folds at twice it
+FOLD_POWER = 1.5  # the folded error falls at least with this power of the rate; kinks of order 3/2 give 2.5
+MORE_FOLDS = 1.0 / (1.0 - 2.0**-FOLD_POWER)  # folded error at the usual rate, over its change at twice that rate
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,7 @@ class Swing:
     rate: usual number of solutions per second.
     band: Hz.
     fastest: largest speed, m/s.
-    across: by how much farther than along x it swings across, on a path over an area.
+    across: motion across over motion along x, on a path over an area; 0 on a line.
     seconds: duration of a swing, s.
     """
 
@@ -44,11 +44,11 @@ class Swing:
 
     @property
     def steps(self) -> int:
-        """Number of solutions, even."""
+        """Number of solutions of a swing, even."""
         return 2 * math.ceil(self.seconds * self.rate)
 
     def heights(self, contact: Any, load: float, begin: float, turned_by: float = 0.0) -> Array:
-        """Return z (m) of `contact` at `load` (N) over a swing that begins at `begin` (turns).
+        """Return z (m) of `contact` at `load` (N) over a swing about the phase `begin` (turns).
 
         turned_by: angle of the finger from its line, on a path over an area, rad.
         """
@@ -70,13 +70,13 @@ class Swing:
 
 
 def folded_errors(contact: Any, swing: Swing, loads: tuple[float, ...]) -> tuple[Array, float]:
-    """Return what folds into the band of each quantity at the usual rate, and the time of a solution (s).
+    """Return the folded error of each quantity in the band at the usual rate, and the time of a solution (s).
 
-    The first is relative to the peak-to-peak at the same load, or at the scan's own load where that is larger.
+    The error is relative to the peak-to-peak at the same load, or at the scan's own load where that is larger.
     """
     changed, extents, seconds = [], [], 0.0
     for number, load in enumerate(loads):
-        contact.heights(np.zeros(1), np.full(1, load))  # what the first call prepares is no part of the time
+        contact.heights(np.zeros(1), np.full(1, load))  # the first call builds caches, which the time leaves out
         started = thread_time()
         z = swing.heights(contact, load, (number + 0.5) / len(loads))
         seconds = max(seconds, (thread_time() - started) / swing.steps)
@@ -90,8 +90,8 @@ def folded_errors(contact: Any, swing: Swing, loads: tuple[float, ...]) -> tuple
 def changed_by(contact: Any, better: Any, swing: Swing, load: float, begins: tuple[float, ...] = (0.5,)) -> Array:
     """Return the largest change of each quantity from `contact` to `better`, relative to its largest peak-to-peak.
 
-    better: None: there is no change.
-    begins: where a swing begins, turns.
+    better: contact with a smaller error, to which `contact` is compared; None: the change is 0.
+    begins: phase in the middle of each swing, turns.
     """
     changed, extents = np.zeros((2, len(QUANTITIES)))
     for begin in begins if better is not None else ():
@@ -102,9 +102,11 @@ def changed_by(contact: Any, better: Any, swing: Swing, load: float, begins: tup
 
 
 def turning_errors(contact: Any, fine: Any, swing: Swing, load: float) -> Array:
-    """Return the error of each quantity of a finger between two of its directions, relative to its peak-to-peak.
+    """Return the error of each quantity for a finger between two directions, relative to its peak-to-peak.
 
-    fine: the same contact, in cells that are as small or smaller, against which the error is measured.
+    The finger has the angle at which the overlap of two directions of `area_path` begins.
+
+    fine: the same contact in cells that are as small or smaller, against which the error is measured.
     """
     from synth.contact.area_path import OVERLAP, TURN_STEP, turned
 

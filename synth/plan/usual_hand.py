@@ -5,7 +5,7 @@ Model   A hand is prepared with a nominal scan: the scene's own speed and load, 
         Automatic full scale of a stream without a hand: that of its first scene.
         Automatic full scale of a hand: the peak is PEAK at the loudest of the usual loads and speeds (`usual_peaks`),
         or at the scene's own scan if that is louder. A hand within these loads and speeds is not limited. Lighter
-        loads, which occur when a finger lands or lifts, count up to the scene's own speed.
+        loads, which occur when a finger lands or lifts, count only at speeds up to the scene's own.
         If a simulation replaces the response, its peak is raised by the same ratio as that of the response. The peak of
         a force is raised in proportion to the load.
 Source  HAND_LOADS: the loads at which roughness is usefully perceived (Fagiani & Barbieri, 2016, section 2).
@@ -40,13 +40,13 @@ from synth.scene.scene import Scene
 HAND_SPEED, HAND_LOAD = 0.08, 0.3  # m/s and N of a usual hand
 # Numbers of loads, landing loads and speeds whose peaks are computed. With more, opening takes longer (4 ms per load).
 PROBED_LOADS, PROBED_LANDINGS, PROBED_SPEEDS = 12, 5, 9
-PROBED_ON_STRETCH = 1, 3  # the same on long surfaces and areas, whose levels differ more from place to place
-FEWEST_POINTS = 512  # of a period of an area whose levels are probed
-MOVING_BAND = 0.49 / 0.40  # of the band: mip levels fade from the band to 1.4 times it, which sounds as loud as this
-MOST_HARMONICS = 1024  # of those peaks: slow hands on coarse textures are not the loudest
+PROBED_ON_STRETCH = 1, 3  # landing loads and loads on long surfaces and areas, whose levels vary from place to place
+FEWEST_POINTS = 512  # of a period of a long surface or an area whose levels are probed
+MOVING_BAND = 0.49 / 0.40  # of the band: mip levels fade from the band to 1.4 times it, which is as loud as this edge
+MOST_HARMONICS = 1024  # of the series of those peaks: slow hands on coarse textures have more and are not the loudest
 PROBE_TOLERANCE = 3e-2  # tolerance of the series of those peaks
-MOVED = 1e-3  # of the strongest harmonic: weaker ones below all others decide no peak
-MOVED_POINTS = 2048  # of a period, for the first harmonic that moves; with 512, folding reached 3e-3 of the strongest
+MOVED = 1e-3  # of the strongest harmonic: the lowest harmonics decide no peak if they are weaker than this
+MOVED_POINTS = 2048  # of a period, for `_first_moved`; with 512, the folded error reached 3e-3 of the strongest
 OF_APPROACH = 3  # index of the approach among the peaks, after the three orders
 HAND_BAND = 0.1  # largest fundamental of a usual hand, as a part of the band, so that a fine texture is heard
 HAND_AMPLITUDE = 20e-6  # m, for the full scale of a stream that begins with a texture without height
@@ -163,14 +163,14 @@ def usual_peaks(
 def _first_moved(series: Complex) -> int:
     """Return the lowest harmonic that is not negligible; 0 if there is none.
 
-    A texture that repeats within its period has none below it, and no relative error of those could be met.
+    A texture that repeats several times in its period has none below it, so a relative error there cannot be met.
     """
     sizes = np.abs(series[1:])
     return int(np.argmax(sizes >= MOVED * np.max(sizes))) + 1 if sizes.any() else 0
 
 
 def _coarse_series(contact: Contact, load: float, points: int, highest: int) -> Complex:
-    """Return the harmonics of z at `load` (N) from as many solutions as the fastest hand has."""
+    """Return the harmonics of z at `load` (N) from `points` solutions per period."""
     return harmonics_of(contact.heights(np.arange(points) / points, np.full(points, load)), highest)
 
 

@@ -7,7 +7,7 @@ Model   Each harmonic of the motion is divided by the detection threshold at its
         A scan with varying speed also passes lower frequencies, at which more harmonics are in the band. Each harmonic
         of its series is therefore compared with the smallest threshold at or below its frequency in the band. The
         harmonics of a hand, of a simulation, of an area and of a long surface are known at the scan's own speed only,
-        and the sentence says so.
+        and the warning states this.
         A simulated motion is judged by the largest sinusoid that fits into its peak-to-peak. It is therefore reported
         as unfelt only if it is certainly below the threshold.
 Source  Sum of squares: Bensmaia & Hollins (2003), roughness by Pacinian-weighted power. Actuators: a TacHammer Carlton,
@@ -34,7 +34,7 @@ GRAVITY = 9.80665  # m/s^2
 IMPULSE = 25.0 * GRAVITY  # m/s^2, largest claimed peak of an actuator
 STEADY = 5.0 * GRAVITY / math.sqrt(2.0)  # m/s^2 rms, largest claimed steady acceleration
 LOWEST = 1.0  # Hz: below it no threshold is known, and a motion is no vibration
-CANCELLED = 0.1  # of the strongest line: a weaker fundamental is reported (20 dB; measured ones are the strongest)
+CANCELLED = 0.1  # of the strongest line (20 dB): a weaker fundamental is reported; measured ones are the strongest
 LARGEST_DENOMINATOR = 12  # of the ratio of the periods in that warning
 STEPS = 64  # number of frequencies below each harmonic at which a scan with varying speed is judged
 
@@ -50,7 +50,7 @@ def _cancelled(solved: Preparation) -> tuple[str, ...]:
         return ()
     scene = solved.scene
     if solved.stretch is not None or scene.texture.period > scene.finger.contact_length:
-        return ()  # its fundamental is none of the surface, or the comb touches no whole period that could cancel
+        return ()  # a stretch has another fundamental; a comb shorter than a period cannot cancel it
     lines = np.abs(solved.spectrum.harmonics[1 : solved.highest + 1])
     if len(lines) < 2 or not lines.max() or lines[0] > CANCELLED * lines.max():
         return ()

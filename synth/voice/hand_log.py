@@ -41,7 +41,7 @@ class HandLog:
         """Number of frames at the end that were faded after rendering."""
 
     def note(self, frame: int, name: str, *values: Any) -> None:
-        """Log an event. Where there is no room for it, the log ends here."""
+        """Log an event. If there is no room for it, the log ends here."""
         needed = EVENT_BYTES + (BYTES_PER_CHARACTER * len(json.dumps(values[0])) if name == "scene" else 0)
         if self.used_bytes + needed > LARGEST_BYTES:
             self.end(frame)

@@ -1,14 +1,14 @@
 """A live voice moved by a hand: the scene's own scan until the first update, then the motion of the updates.
 
 Stage   3 (VOICE), for the live protocol.
-Model   `update_smoothing` turns updates into position and load at audio rate. The first update begins a cross-fade,
-        and so does a jump, an update that puts the finger elsewhere at once. The old motion goes on during the
-        cross-fade; the new one begins at the position of the update. An update without a load keeps the previous load;
-        the first update then has the load of the scene. A jump during a cross-fade waits for its end, and the newest
-        wins. A landing finger is ramped in. `lift` lifts the finger until the next update. A `HandLog` keeps everything
-        that affects the samples, and `recording` replays it.
+Model   `update_smoothing` turns updates into position and load at audio rate. The first update begins a cross-fade. So
+        does a jump: an update that puts the finger elsewhere at once. The old motion goes on during the cross-fade; the
+        new one begins at the position of the update. An update without a load keeps the previous load; the first update
+        then has the load of the scene. A jump during a cross-fade waits for its end; of several, the newest is taken. A
+        landing finger is ramped in. `lift` lifts the finger until the next update. A `HandLog` keeps everything that
+        affects the samples, and `recording` replays it.
 Source  design, sections 4 (motion, recording) and 7.
-Limits  An update has its full effect `motion_delay` after the frame at which it was applied. One hand.
+Limits  An update has its full effect `motion_delay` after the frame at which it was applied. There is one hand.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from synth.voice.limiter import LOOK_AHEAD
 from synth.voice.live_voice import Change, LiveVoice
 from synth.voice.voice import Voice
 
-LANDING_TIME = 0.02  # s over which a landing finger is ramped in: its load rises within a millisecond, heard as a knock
+LANDING_TIME = 0.02  # s of the ramp of a landing finger; shorter: its load rises within 1 ms, which is heard as a knock
 
 
 class HandVoice(LiveVoice):

@@ -16,7 +16,7 @@ Model   Samples within full scale pass unchanged. Before a sample beyond full sc
         Gains are multiples of 2^-40, so the running sums are exact: nothing drifts, the sizes of blocks do not affect
         the samples, and a plain comparison shows whether the gain is back at 1.
 Source  design, sections 4 and 8; the times are unverified defaults. A held minimum and box averages are the usual parts
-        of a look-ahead limiter; the integer gains are our own.
+        of a look-ahead limiter; the integer gains are this project's.
 Limits  The limiter is bit-exact again 0.24 s (LOOK_AHEAD + 4.7 RELEASE_TIME) after the last sample beyond full scale,
         at the latest. A steady tone beyond full scale is distorted, such as 100 Hz at twice full scale. A peak beyond
         2^40 times full scale is clipped. The work per frame does not grow with `ahead`; while nothing is limited, a
@@ -215,7 +215,7 @@ class Limiter:
     def limited(self, blocks: Iterable[Block]) -> Iterator[Block]:
         """Yield a finite sound without delay: the same number of frames, in blocks of different lengths.
 
-        Raises AssertionError for a sample that is not finite: this is our bug, and a file render may fail.
+        Raises AssertionError for a sample that is not finite: this is a bug upstream, and a file render may fail.
         """
         late = self.ahead
         for block in chain(blocks, [np.zeros((self.ahead, self.channels), dtype=np.float32)]):

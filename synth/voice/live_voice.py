@@ -3,8 +3,8 @@
 Stage   3 (VOICE), for sessions and devices.
 Model   `prepare` makes a change of scene ready in any thread while the stream plays; `apply` starts it at the next
         block. The new voice begins at the present phase of the texture, and a raised cosine cross-fades to it. A change
-        during a cross-fade waits, and the newest wins. The safety limiter is last; its look-ahead delays changes by
-        LOOK_AHEAD.
+        during a cross-fade waits for its end; of several, the newest is taken. The safety limiter is last; its
+        look-ahead delays changes by LOOK_AHEAD.
 Source  design, sections 4 (ramps) and 8 (limiter).
 Limits  Sample rate, channels, quantities and full scale stay those of the first scene. If that scene is silent, the
         full scale is that of a usual hand on it. Only `prepare`, `apply` and `release` are thread-safe; `apply` and

@@ -4,12 +4,12 @@ Stage   3 (VOICE), used only by the effect `propagation`.
 Model   In a constant scan of the contact each harmonic is multiplied by the gain of the way (`skin_wave`) at its
         frequency n u / lambda2, which is exact and begins at once. In all other motions, and where the finger is
         simulated, the causal filter of the way reads the samples of the scene's own channel.
-        A filter begins at rest: nothing has moved before the first frame, and a displacement stood where it begins. In
-        a simulated constant scan it first reads WARM seconds of the periodic motion before the first frame.
+        A filter begins at rest: before the first frame a displacement had its first value, and other quantities were 0.
+        In a simulated constant scan it first reads WARM seconds of the periodic motion before the first frame.
         Within the contact the channel is a copy.
-Limits  A voice that goes to another frame of a moving scan begins the filter anew. The error is that of the channel
-        read, at the largest gain in the band, and that of the filter at speeds down to a quarter of that of the
-        scan. It does not cover the first arrival of a motion that begins with a step: a stroke at full acceleration.
+Limits  After a seek in a moving scan the filter begins anew. The error is that of the channel read, times the largest
+        gain in the band, plus that of the filter at speeds from a quarter of the scan's up to the scan's. It does not
+        cover the first arrival of a motion that begins with a step: a stroke at full acceleration.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from synth.voice.skin_wave import SkinFilter, SkinWave
 WARM = 0.1  # s in addition to the delay, after which 1e-9 of the start of a filter is left
 SPEEDS = np.geomspace(0.25, 1.0, 25)  # over that of the scan, at which the error of a filter is computed
 FADED = 1.225  # times the band, above which nothing is left: 0.49 over 0.40 of the rate
-FINEST = 0.03  # part of the tolerance to which a series is solved at most; smaller takes longer than it is worth
+FINEST = 0.03  # least part of the tolerance to which a series is solved; a smaller one takes longer than it is worth
 
 
 @dataclass(slots=True)
@@ -168,7 +168,7 @@ class PropagatedStage:
         return made.run(state.past, state.state, values)
 
     def _before(self, frame: int, phase: int) -> Array:
-        """Return the frames (SI) before `frame` of a simulated constant scan, for a filter that has always run."""
+        """Return the frames (SI) before `frame` of a simulated constant scan, over which the filter settles."""
         assert self.solved.effects is not None and self.solved.effects.simulation is not None
         simulation = self.solved.effects.simulation.simulation
         if simulation.steady is None:
@@ -253,7 +253,7 @@ def _simulated(solved: Preparation, order: int, made: SkinFilter | None) -> tupl
 
 
 def _scale(solved: Preparation, column: int, before: Array, after: Array) -> float:
-    """Return the automatic full scale, SI: that of the channel `column` times what is left of its peak at the place.
+    """Return the automatic full scale, SI: that of the channel `column` times the part of its peak left at the place.
 
     before, after: the steady scan at the contact and at the place, SI.
     """

@@ -2,9 +2,9 @@
 
 Stage   3 (VOICE), after `hand_voice`.
 Model   A recording is {"format": "ridgewave-recording", "version": 3, "scene", "full_scale", "frames", "faded",
-        "events"}: the first scene, the SI value of 1.0, the number of frames sent, the number of the last frames that
+        "events"}: the first scene, the SI value of 1.0, the number of frames sent, the number of frames at the end that
         were faded after rendering, and the events of `hand_log`. A replay applies each event before its frame.
-        In version 1 a scene without a bandwidth had the full band, and is read that way (`scene_before_bands`).
+        A scene of version 1 without a bandwidth is read as having the full band (`scene_before_bands`).
         Versions 1 and 2 also contain the time at which each load was solved. A replay ignores it, so its samples agree
         to the error of the table.
 Source  design, section 4 (recording).
@@ -42,7 +42,7 @@ AS_DOWNLOADED = "Keep the recording as it was downloaded."
 
 
 class Recording:
-    """A recording, read and checked. Raises SceneError, with the place at fault, for any other document."""
+    """A recording, read and checked. Raises SceneError, with a pointer to the fault, for any other document."""
 
     def __init__(self, document: Mapping[str, Any]) -> None:
         self.scene, self.full_scale, self.frames = _read_head(document)

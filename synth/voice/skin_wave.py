@@ -6,12 +6,12 @@ Model   s = 2 pi i f. W is the wave, B the part of the finger that moves as one 
             P = (s^2 + s w K^(1/2) / Q + w^2) / (s^2 + s w K^(-1/2) / Q + w^2),    K = (r / R)^RISE,    w = 2 pi BEST
             B = v^2 / (s^2 + 2^(1/2) s v + v^2),    v = 2 pi body;    B = 0 where body is 0
         So |W| = (r / R)^-near at BEST and (r / R)^-far away from it. Below `body` the motion is that of the contact.
-        W and B have no zeros to the right: of all causal filters with these amplitudes they are the fastest.
+        Apart from D, W and B have no zeros in the right half-plane: no causal filter with these amplitudes is faster.
         Within R nothing changes: gain = 1.
-        Filter: the delay in fractions of a frame is the closest set of TAPS in the band (least squares); P and B are
-        made of the bilinear transform that keeps BEST and `body`.
+        Filter: TAPS taps approximate the delay, which need not be a whole number of frames, by least squares in the
+        band. P and B are bilinear transforms that keep BEST and `body`.
 Source  Power of the distance, lowest near 200 to 250 Hz, and c: Manfredi et al. (2012), doi
-        10.1371/journal.pone.0031203. The skin under the contact moves together, so that the delay counts from R: Saal
+        10.1371/journal.pone.0031203. The skin under the contact moves as one, so the delay counts from R: Saal
         et al. (2017), doi 10.1073/pnas.1704856114, in its code. P, B: second-order forms, unverified defaults.
 Limits  Speed and direction do not depend on frequency; no reflections. The error of the filter is `SkinFilter.error`.
 """

@@ -1,7 +1,7 @@
-"""Reads a voice's channels along a motion, from a response table or directly: that of a hand, or the scan's own.
+"""Reads a voice's channels along the motion of a hand or of the scan, from a response table or by direct solutions.
 
 Stage   3 (VOICE).
-Model   The phase of the texture follows the position where that is known, and otherwise goes on from block to block.
+Model   The phase of the texture follows the position where that is known. Otherwise the speed advances it.
         From a table each channel has a `TableReader`; a `DirectReader` solves all channels at once. The motion of a
         hand is not known in advance, so its frames are `delay` late. A scan's own motion is known and is read ahead.
 Source  design, sections 1 and 8; docs/table.md.
@@ -35,7 +35,7 @@ class ChannelReader(Protocol):
 
     @property
     def cycle(self) -> int:
-        """Frames after which z is read at the same frames of a cycle again."""
+        """Length of a cycle in frames; z is read at the same frames of each cycle."""
 
     def start(self) -> Any:
         """Return the state before the first frame."""

@@ -3,7 +3,7 @@
 Stage   3 (VOICE), used only by the effect `tangential`.
 Model   In a steady scan the slope force and friction are one series. In a motion each has a response table, and the
         direction of friction is applied at each frame. In a simulation both are read from its frames.
-Limits  The error of a simulated force is 4/3 of the change when the time steps are halved, and what the filter lets
+Limits  The error of a simulated force is 4/3 of the change when the time steps are halved, plus what the filter lets
         through.
 """
 
@@ -35,9 +35,7 @@ from synth.voice.table_reading import HandReader, ScanReader, TableChannels, del
 QUANTITY = "tangential_force"
 READ_AS = "displacement", "approach"  # how the tables are read: the slope force has no mean, friction has one
 LIVE_WORK, FILE_WORK = 2.0, 8.0  # times the work of a contact's table: a phase of friction takes ten times as long
-MOST_ERROR = (
-    1.0  # of the peak-to-peak; a scene with a larger error is refused, if its table lacks harmonics in the band
-)
+MOST_ERROR = 1.0  # of the peak-to-peak: a larger error is refused, if the table lacks harmonics in the band
 SIMULATED = (Signal(SLOPE, 0), Signal(PRESS, 0))
 
 

@@ -41,7 +41,7 @@ BLOCK = 1 << 14  # frames per block of `blocks`: large compared with the cost of
 class Voice:
     """Renders one scene, block after block.
 
-    solved: result of `prepare`; without a scan where it was prepared for a hand.
+    solved: result of `prepare`. If it was prepared for a hand, every motion is rendered as that of a hand.
     phase: of the texture at frame 0, a 64-bit fraction of a turn.
     live: for an interactive hand: its table is made now, and automatic full scales allow for the hand.
     paced: blocks have deadlines.
@@ -112,7 +112,7 @@ class Voice:
 
     @property
     def full_scale(self) -> tuple[float, ...]:
-        """SI value of each channel that is 1.0 in the audio."""
+        """SI value of a sample of 1.0 in each channel."""
         return tuple(channel.full_scale for channel in self.solved.all_channels)
 
     @property

@@ -6,7 +6,7 @@ Model   y is the value at a step. A frame is the sum over the steps near it of (
         The simulated steps of a mass follow a fast force with too small an amplitude; the filter compensates for that.
 Source  Kaiser (1974): length of the window for a transition and an attenuation. Fornberg (1988): differences.
 Limits  Linear phase: a frame needs the steps of `margin` frames on both sides. In the pass band the gain is that of the
-        derivative, with a relative error below the attenuation. Above the stop band the rest is below the attenuation.
+        derivative, with a relative error below the attenuation. In the stop band less than the attenuation is left.
 """
 
 from __future__ import annotations

@@ -9,8 +9,8 @@ Model   I(z, theta) is the mean over L of max(h - z, 0), l = -dI/dz the part of 
         Over the phase, I, l and E are periodic cubic splines. The values read therefore satisfy I = -dE/dz at every
         phase, and have two continuous derivatives over the phase.
         The mean of I between two heights is integrated piece by piece over the cubics, not as a difference of E.
-        Until the table keeps its tolerance, its steps are halved: those of the phase or those of d, whichever would err
-        more with half the nodes. Nodes that are there stay.
+        Until the table keeps its tolerance, the steps of the phase or of d are halved: those for which a table of every
+        second node has the larger error. Existing nodes are kept.
 Source  Fagiani & Barbieri (2016), eq. 1; cubic splines from samples: Unser, Aldroubi & Eden (1993), IEEE Trans.
         Signal Process. 41. The rest is derived here.
 Limits  `error` bounds the largest error dI / l of the z that balances a load. It is measured at places off the grid,
@@ -36,9 +36,9 @@ from synth.response.phases import turns_to_phase
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
 MOST_NODES = 1 << 21  # per table, 50 MB; where more would be needed, `error` reports the remaining error
-MOST_LIVE = 1 << 18  # the same where somebody waits: half a second
+MOST_LIVE = 1 << 18  # the same for a live voice: half a second
 MOST_WORK = 1 << 28  # nodes times cells of the contact's grid: a second or two
-LEAST_NODES = 1 << 15  # where nobody waits, for any work: the first 512 rows of a fine texture
+LEAST_NODES = 1 << 15  # always permitted for a file, whatever the work: the first 512 rows of a fine texture
 FEWEST_ROWS = 64  # phases of the first attempt: an error of 1e-3 to 1e-2
 CELLS_OF_MOTION = 6.0  # steps of d per peak-to-peak of z, in the first attempt
 FEWEST_CELLS, MOST_CELLS = 6, 9  # log2 of the number of steps of d, in the first attempt
@@ -123,9 +123,9 @@ class EnergyTable:
         contact, load: the table is that of the contact in its shape at `load` (N).
         lightest, heaviest: loads (N) between whose heights the tolerance is kept. Outside, up to the loss of contact,
             the tolerance is relative to the distance of z from those heights.
-        below, above: distances (m) from those heights that the cells also cover. They always cover the loss of
-            contact, and a peak-to-peak of z below.
-        live: whether somebody waits for the table; it then has fewer nodes at most.
+        below, above: distances (m) from those heights that the cells also cover. The cells always cover the loss of
+            contact, and a peak-to-peak of z below the heights.
+        live: whether a live voice waits for the table, which then has at most MOST_LIVE nodes.
         """
         span = _Range.of(contact, load, min(lightest, load), max(heaviest, load), below, above)
         probes = span.probes(tolerance)
@@ -176,7 +176,7 @@ class _Range:
         motion = max(*(float(np.ptp(heights)) for heights in (middle, light, heavy)), SMALLEST_MOTION * scale)
         below += motion
         top, bottom = float(np.max(highest - base)), float(np.min(heavy - base)) - below
-        # everything of a flat finger touches below the lowest h, so the line below the bottom is exact there
+        # below the lowest h all of a flat finger touches, so the straight line below the bottom is exact there
         if contact.of_one_line and contact.dome == 0.0:
             bottom = max(bottom, contact.geometry_at(load).extent[0] - float(np.max(base)) - 0.01 * (top - bottom))
         bottom = min(bottom, top - motion)

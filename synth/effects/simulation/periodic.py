@@ -1,4 +1,4 @@
-"""The periodic state of a steady scan, in which its simulation begins: the state that one texture period leads back to.
+"""The periodic state of a steady scan: the state that recurs after a texture period. Its simulation begins there.
 
 Model   One texture period maps a state x to P(x). The periodic state is the fixed point of P. Each round of the search
         runs one period from a mix of the last states, sum of a_i P(x_i) with sum of a_i = 1, for which |sum of a_i
@@ -11,9 +11,9 @@ Model   One texture period maps a state x to P(x). The periodic state is the fix
 Source  Shooting: Nayfeh & Balachandran (1995), Applied Nonlinear Dynamics, chapter 6. Mixing: Anderson (1965), J. ACM
         12, as in Walker & Ni (2011), SIAM J. Numer. Anal. 49. The cut is derived here.
 Limits  A motion that does not repeat with the texture (chaotic bouncing, or a repeat every second period) begins after
-        SETTLED seconds from rest, and `repeats` is False. The period is a whole number of steps here, so it has up to
-        half a step more or less than a period of a run. The search ends after MOST_ROUNDS; `PeriodicState.later`
-        measures the remaining error.
+        SETTLED seconds from rest, and `repeats` is False. The period is a whole number of steps here, so it differs by
+        up to half a step from a period of a run. The search ends after MOST_ROUNDS; `PeriodicState.later` measures the
+        remaining error.
 """
 
 from __future__ import annotations
@@ -39,17 +39,17 @@ FURTHEST = 10.0  # times the peak-to-peak of z: a mix that is further away is di
 WORSE = 10.0  # times the move of the round before: after a larger move mixing starts again
 CLOSE = 1e-3  # of the tolerance: largest move of the state in a period, relative to the peak-to-peak of z
 CREEPING = 0.1  # of the tolerance: the same for skin, over all periods to come
-CUT, COARSE = 16.0, 240  # periods; steps per crossing of a ridge
+CUT, COARSE = 16.0, 240  # periods to which time constants are cut; steps per crossing of a ridge
 FORGOTTEN = 6.0  # times the slowest time constant, run before the search: e^-6 of the start is left
-SETTLED = 0.5  # s that a motion that does not repeat runs before it begins
+SETTLED = 0.5  # s for which a motion that does not repeat is run before its first frame
 WATCHED = 50  # periods after which it is decided whether a motion repeats
 BESIDE = 1e-4  # of the peak-to-peak of z: initial distance of the second motion
 STILL = 1e-15  # m: smaller moves are rounding
-ASTRAY = 20.0  # times the initial distance, after WATCHED periods: does not repeat; a ringing mass reaches ten
-RETURNED = 0.01  # times the initial distance: repeats, without further watching
+ASTRAY = 20.0  # times the initial distance: beyond it after WATCHED periods nothing repeats; a ringing mass reaches 10
+RETURNED = 0.01  # times the initial distance: a motion that comes within it repeats and is watched no longer
 ROUNDING = 1e-8  # of the peak-to-peak of z: a smaller distance that does not grow in UNGROWN periods is rounding
-UNGROWN = 5  # periods; less: a distance that swings, as that of a ringing mass, may seem not to grow
-DIFFERENT = 8  # periods of a motion that does not repeat that are compared
+UNGROWN = 5  # periods; over fewer, a distance that swings, such as that of a ringing mass, may seem not to grow
+DIFFERENT = 8  # number of compared periods of a motion that does not repeat
 UNLIKE = 3.0  # times the largest difference of these periods: others may differ more
 LATER = 0.05  # s, rounded up to whole periods, after which a motion is compared with its beginning
 
@@ -200,7 +200,7 @@ def _begun(stepper: Stepper, period: Period, crossings: float) -> Any:
 
 
 def _returning(stepper: Stepper, state: Any, period: Period, tolerance: float) -> PeriodicState | None:
-    """Search from `state` for the motion that a period leads back to. Return None if there is none."""
+    """Search from `state` for the motion that recurs after a period. Return None if there is none."""
     enough = CLOSE * tolerance
     if stepper.memory > 0.0:
         enough = CREEPING * tolerance * -math.expm1(-period.seconds / stepper.memory)

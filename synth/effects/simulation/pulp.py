@@ -5,7 +5,7 @@ Model   The spring adds k_p (z - z_w) to the load w. z_w is the mean of the quas
         present load, so the mean force of the pulp is the load. A hand is slow: the bone stays where it is within a
         period.
 Source  Wiertlewski & Hayward (2012), J. Biomech. 45: a fingertip is elastic up to some 100 Hz and viscous above.
-Limits  The bone follows the load at once, and nothing else. A simulated z whose mean is not z_w has a mean force that
+Limits  The bone follows only the load, and without delay. If the mean of the simulated z is not z_w, the mean force
         differs from the load by k_p times the difference: 1 mN per um at 1 kN/m.
 """
 
@@ -22,7 +22,7 @@ from synth.response.phases import turns_to_phase
 
 MEAN_PHASES = 64  # of a period, for a mean with adhesion; k_p times the error of the mean is some uN
 MEANS = 257  # loads, evenly spaced over their cube root; between them the mean is a straight line
-ALMOST_NONE = -1e-9  # N, in place of a load of 0, at which adhesion begins with a finger that has let go
+ALMOST_NONE = -1e-9  # N, in place of 0, because a start with adhesion at a load of 0 has let go of the finger
 
 
 @dataclass(frozen=True, slots=True)

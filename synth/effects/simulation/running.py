@@ -10,7 +10,7 @@ Model   Every frame is `steps` steps long. The stepper writes rows. These become
 Source  design, sections 4 (gate, derivatives) and 8 (blocks of any size give the same samples).
 Limits  The gate follows the load. If an effect may hold the finger (`held`), the gate instead follows whether the
         finger touches, over LIFT_TIME. A stroke or a recording that is read from a later frame on begins `settling`
-        before that frame. While the load stays below TOUCH_LOAD in either direction, the finger counts as taken away.
+        before that frame. While the magnitude of the load is below TOUCH_LOAD, the finger counts as taken away.
 """
 
 from __future__ import annotations
@@ -147,7 +147,7 @@ class Running:
         return self._filtered(values, frames)
 
     def _begin(self, first: int) -> None:
-        """Start where the motion begins, or `settling` before frame `first`, and run up to the filtered steps."""
+        """Start where the motion begins, or `settling` before frame `first`, and run up to the steps to be filtered."""
         steps, steady = self.simulation.steps, self.simulation.steady
         settling = math.ceil(self.simulation.settling * self.simulation.scene.output.sample_rate)
         looks_at = (first - self.margin) * steps

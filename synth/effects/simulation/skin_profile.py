@@ -1,11 +1,11 @@
-"""The profile g that viscous skin presses with: a polygon over the points of the finger, and its integrals above z.
+"""The profile g = h - efree of a contact of viscous skin: a polygon over the points, and its integrals above z.
 
 Stage   part of `skin_steps`
 Model   Straight lines join the points of each state of the skin (`held`, `free`). Each piece is cut where the two lines
         cross. g = h - max(of the two lines) is straight between points and cuts, so its area above z is exact.
         The contact spans a part of the points, about their middle. The pieces that its ends cut count in part.
 Source  Fagiani & Barbieri (2016), eq. 1.
-Limits  Exact for the polygon. Errors of the polygon itself are those of the distance of points, see `skin_steps`.
+Limits  Exact for the polygon. The error of the polygon itself depends on the distance of points, see `skin_steps`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import math
 
 from synth.kernels import inner, summing
 
-LEAST_PIECES = 3.0  # in a contact that shrinks; one whole piece at least bounds z
+LEAST_PIECES = 3.0  # least length of a contact that shrinks: at least one whole piece must remain to bound z
 FLAT = 1e-30  # of a1 + a2: least rise of a piece, so that a level piece is entirely above z or below
 
 SURFACE, HELD_FREE, FREE_FREE, POINTS = 0, 1, 2, 3  # rows of `nodes`: h, efree of each state, g

@@ -4,15 +4,15 @@ Model   sum of p dx = w, or m z'' + c z' + k_p (z - z_w) = sum of p dx - w with 
         - z - efree, 0) and kappa = k / L (`terms`).
         Along the finger efree is smooth except for one kink, the front. Behind the front the skin has followed the
         surface, ahead of it the skin is still free. So each point has two states: `held`, as if the surface had held it
-        since it began to touch, and `free`, as if it had been free since then. The true efree is the larger of the two,
-        because pressure only pushes. g = h - max(of both) is a polygon (`skin_profile`). Without memory the part of the
-        points that is in contact may follow the load (`skin_points.Span`).
+        since it last began to touch, and `free`, as if it had been free since it last left. The true efree is the
+        larger of the two, because pressure only pushes. g = h - max(of both) is a polygon (`skin_profile`). Without
+        memory the part of the points that is in contact may follow the load (`skin_points.Span`).
         A step h that moves z by s balances (2 m / h^2 + c / h) s - 2 m v0 / h + k_p (z0 + s / 2 - z_w) + w = sum of p
         dx, with v1 = 2 s / h - v0. Relative to a1 + a2 this is base + alpha (z - z0) = mean over L of max(g - z, 0).
         The right side is convex and falls with z. Newton's method starts from an extrapolated z.
-        Pressure meets load, and the texture its slope, at the time that the pressure of the step belongs to (`when` of
-        `Skin.coefficients`). With one time constant that is half the step, if h is well below tau. For relaxing skin,
-        or without memory, it is the end of the step; with a mass the means of both ends are then balanced.
+        The pressure of a step belongs to one time in it (`when` of `Skin.coefficients`). The load and the slope of the
+        texture are taken at this time. With one time constant it is the middle of the step, if h is well below tau. For
+        relaxing skin, or without memory, it is the end; with a mass the means of both ends are then balanced.
         HEIGHT is z at the end of the step. REACTION and SLOPE_FORCE are those of the pressure of the step.
 Source  Fagiani & Barbieri (2016), eqs 1, 4, 5. Newton's method here is Michelot's projection on the simplex (1986).
 Limits  Second order in h on moving surfaces (tests/synth/effects/simulation/test_skin_physics.py): 240 steps per period
@@ -88,7 +88,7 @@ class SkinStepper(Stepper):
     stiffness: of the relaxed contact.
     mass: kg.
     damping: N s/m.
-    with_force: whether SLOPE_FORCE is computed, in a quarter of the time of a step; else it is 0.
+    with_force: whether SLOPE_FORCE is computed, which takes a quarter of the time of a step; else it is 0.
     pulp: spring between the contact and the bone.
     span: part of the points that is in contact.
     """
@@ -269,7 +269,7 @@ def run_steps(
     """
     scale, period, mass, damping = contact[0], contact[1], contact[2], contact[3]
     coefficient, power, lightest, count = contact[4], contact[5], contact[6], rows.shape[1]
-    spring, share = contact[7], 0.5 if mass > 0.0 else 1.0  # a mass meets the spring in the middle of a step
+    spring, share = contact[7], 0.5 if mass > 0.0 else 1.0  # with a mass, the spring acts in the middle of a step
     nodes, pieces, rates = np.empty((4, count)), np.empty((4, count - 1)), np.empty(count)
     earlier = numbers[EARLIER:]
     new_part = 0.5 if mass > 0.0 and when == 1.0 else 1.0  # share of this step's pressure in the pressure that balances
@@ -300,7 +300,7 @@ def run_steps(
         earlier[2], earlier[1], earlier[0], numbers[Z] = earlier[1], earlier[0], z0, z
         if mass > 0.0:
             numbers[SPEED] = 2.0 * scale * (z - z0) / step - numbers[SPEED]
-        if new_part < 1.0:  # from the area: the value from the balance would pass its rounding on from step to step
+        if new_part < 1.0:  # from the area: the value from the balance would carry rounding from step to step
             numbers[PRESSING] = full * modified_area(nodes, pieces, z, window)[0]
         else:
             numbers[PRESSING] = max(full * (base + alpha * (z - z0)), 0.0)

@@ -1,8 +1,8 @@
 """The interface of simulated contacts: a state is started once and then run over any number of steps.
 
 Model   A step leads from one place and load to the next; steps are `step` seconds apart. The state contains everything
-        that a step needs of the step before, so runs of any lengths give the same numbers.
-Limits  Phases are 64-bit fractions of a turn (`response.phases`). Their differences are right across whole turns if a
+        that a step needs of the step before, so the length of a run does not affect the numbers.
+Limits  Phases are 64-bit fractions of a turn (`response.phases`). Their differences are correct across whole turns if a
         step is shorter than half a turn.
 """
 
@@ -103,7 +103,7 @@ class Stepper(ABC):
 
     @property
     def memory(self) -> float:
-        """Longest time (s) in which a start is forgotten, apart from that of a mass; 0 without memory."""
+        """Longest time constant (s) of the decay of a start, without that of a mass; 0 without memory."""
         return 0.0
 
     @property
@@ -143,8 +143,8 @@ class Stepper(ABC):
     def start(self, phase: int, load: float, turns: float, step: float) -> State:
         """Return the state of a finger in equilibrium at `phase` and `load` (N), with relaxed skin.
 
-        A mass has the velocity of the equilibrium. With adhesion, a finger that pulls is held if it can be; at a load
-        of 0 it has let go.
+        A mass has the velocity of the equilibrium. With adhesion and a load below 0, the finger is held if an
+        equilibrium exists; at a load of 0 it has let go.
 
         turns: texture periods per second, signed.
         step: s.

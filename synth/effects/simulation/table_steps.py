@@ -2,24 +2,24 @@
 
 Stage   table of the energy -> STEPS -> z and forces at every frame
 Model   m z'' + c z' + k_p (z - z_w) = R(z, theta) - w, with R = -dU/dz = k1 I(z) - k2 I(z - d0), k1 = k + P / d0 and k2
-        = P / d0. P is the pull if everything touched: at a gap g a place attracts with the part 1 - g / d0 of its
-        largest pull, at no gap with all of it. k = k(w) of eqs 4-5. Loss of contact and bounce are I = 0. The force on
+        = P / d0. P is the pull if everything touched. A place that touches attracts with its largest pull, a place at a
+        gap g with the part 1 - g / d0 of it. k = k(w) of eqs 4-5. Loss of contact and bounce are I = 0. The force on
         the slopes of the texture is (1 / lambda2) dU/dtheta.
         With mass, a step h with s = z1 - z0 is taken at the phase and load of its middle:
         m (v1 - v0) / h + c s / h + k_p ((z0 + z1) / 2 - z_w) = -[U(z1) - U(z0)] / s - w,  s = h (v0 + v1) / 2.
         z_w (`pulp`) and w are means of both ends. The energy k_p (z - z_w)^2 / 2 of the spring is quadratic, so its
         difference over s is its force in the middle. Multiplied by s, this changes m v^2 / 2 + U + k_p (z - z_w)^2 / 2
-        + w z by exactly -c s^2 / h, so that only the surface and the load drive the mass. Without mass, z goes downhill
-        in the rest of that energy to the first place where the forces balance. Both are a root g(s) = 0.
+        + w z by exactly -c s^2 / h, so that only the surface and the load drive the mass. Without mass, z descends the
+        rest of that energy to the first place where the forces balance. Both cases solve g(s) = 0.
         With P = 0, loads below `lightest` count as `lightest`. With P > 0, the finger lets go if no equilibrium holds
-        it, or if it leaves the range of adhesion at no load. It stays away until there is load again.
+        it, or if it leaves the range of adhesion at a load of 0 N or less. It stays away until a load presses it again.
 Source  Gonzalez (1996), J. Nonlinear Sci. 6; McLachlan, Quispel & Robidoux (1999), Phil. Trans. R. Soc. A 357; for
         collisions Chatziioannou & van Walstijn (2015), J. Sound Vib. 340; Bilbao, Torin & Chatziioannou (2015), Acta
         Acust. united Ac. 101. Adhesive law: Maugis (1992), J. Colloid Interface Sci. 150, with a force that falls
         linearly with the gap. The force on slopes is the derivative of the energy of Fagiani & Barbieri (2016), eq. 1.
 Limits  Solved to round-off. With adhesion a step may have several solutions; it takes the one nearest to the place that
         the velocity leads to, in the direction of the forces. Second order in the step where it resolves the resonance
-        (2 pi f step below 0.5). Longer steps still add no energy: on a surface at rest it changed by at most 2e-8 of
+        (2 pi f step below 0.5). Longer steps still add no energy: on a surface at rest, it changed by at most 2e-8 of
         itself in 10 s, from 8 to 192 kHz and from 1e-6 to 1 kg. A moving surface may drive a mass without damping
         without bound. `EnergyTable.error` reports the error of the table.
 """
@@ -128,7 +128,7 @@ class TableStepper(Stepper):
 
     @property
     def lowest(self) -> float:
-        """Load (N) as which smaller loads count."""
+        """Smaller loads (N) count as this one."""
         return -math.inf if self.pull > 0.0 else self.stiffness.lightest
 
     def heights(self, turns: Array, load: float) -> Array:
@@ -198,7 +198,7 @@ def move_of(nodes, row, weights, law, drive, band):
     law: k1 and k2 (N/m), the step of d (m), the place of z and d0 in such steps, and the pieces of I at that place and
         d0 below it, which an iteration seldom leaves.
     drive: 2 m / h^2 and c / h + k_p / 2 (N/m), ahead (m), the load with the force of the spring at z (N), and whether z
-        goes to rest, where the first three are 0, k_p and 0.
+        goes to rest, in which case the first three are 0, k_p and 0.
     band: excess force (N) that counts as balance.
     """
     ahead = drive[2]

@@ -12,8 +12,8 @@ Model   m z'' + c z' + k_p (z - z_w) = sum of the pressure - w (`pulp`). Without
         to efree.
 Source  Fagiani & Barbieri (2016), eq. 1, for the spring; Kelvin-Voigt and Prony series: textbook forms, unverified.
 Limits  Steps of skin are exact for the pressure or indentation that they assume, stable for any h, and of second order
-        in h / tau. The pressure of a step of one time constant is that of its middle (of its end, where h is far beyond
-        tau). With weights it is that of the end.
+        in h / tau. With one time constant the pressure of a step is that of its middle, or of its end if h is far
+        beyond tau. With weights it is that of its end.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Skin:
 
     @property
     def memories(self) -> int:
-        """Numbers that an element remembers in addition to its indentation, one per weight."""
+        """Number of values that an element stores in addition to its indentation, one per weight."""
         return len(self.weights)
 
     @property
@@ -75,8 +75,8 @@ class Skin:
 
         head: float64 [2], keep and A.
         terms: float64 [3, memories]: lose, E and r of each q.
-        when: part of the step after which an evenly indented element has the pressure p of the step. p balances the
-            load of that time.
+        when: part of the step after which an element, indented at a constant rate, has the pressure p of the step. p
+            balances the load at that time.
         """
         if not self.weights:
             steps = step / self.times[0] if self.times[0] > 0.0 else math.inf
@@ -107,7 +107,8 @@ def when_pressed(steps: float) -> float:
 
     steps: x = h / tau.
 
-    p / kappa = (e0 + e1) / 2 + (1 / (1 - E) - 1/2) (e1 - e0) is e + tau e' there, if e moves evenly.
+    At this part of the step e + tau e' equals p / kappa = (e0 + e1) / 2 + (1 / (1 - E) - 1/2) (e1 - e0), if e' is
+    constant.
     """
     if steps < 0.03:  # the difference below would lose digits; the next term of this series is below 1e-13
         return 0.5 + steps / 12.0 - steps**3 / 720.0
