@@ -4,8 +4,8 @@ Stage   SURFACES.
 Model   A dot is round, with a flat top: h = H up to the radius of the top, and from there half a cosine down to 0 at
         the radius of the dot. H below 0 makes a dimple. Dots stand `period` apart along x, in rows `row_distance`
         apart. With `stagger` s, every second row is moved by s periods along x, and the pattern repeats after two rows.
-Source  The form of the flank is a choice. Braille dots are about 0.5 mm high, higher than any texture here, and 2.3 to
-        2.5 mm apart. Experiments on roughness use dots of 0.3 to 0.7 mm, 1 to 6 mm apart (Connor et al., 1990).
+Source  The form of the flank is a choice. Braille dots are about 0.5 mm high and 2.3 to 2.5 mm apart. Experiments on
+        roughness use dots of 0.3 to 0.7 mm, 1 to 6 mm apart (Connor et al., 1990).
 Limits  Dots do not overlap.
 """
 

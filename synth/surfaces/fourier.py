@@ -6,7 +6,7 @@ Model   h(x) = sum over n of A_n cos(2 pi n x / period + p_n), n = 1 ... N.
         shortest wave. A height is interpolated from the 8 nearest entries of the table by their polynomial.
 Source  Rq and rms slope: Parseval. Bounds: a trigonometric polynomial of order N is sampled at M equal places. It
         exceeds its largest sample by at most the factor 1 / cos(pi N / M) (Ehlich & Zeller 1964).
-Limits  The table's error is at most 3e-9 of the shortest waves' amplitude. The bounds are up to 1 % too wide.
+Limits  The table's error is at most 6e-7 of the shortest waves' amplitude. The bounds are up to 1 % too wide.
 """
 
 from __future__ import annotations

@@ -19,8 +19,8 @@ import numpy as np
 from synth.surfaces.height_field import HeightField
 from synth.surfaces.profile import Profile
 
-SIDE = 5e-3  # m, side of the square: it shows two wales of the coarsest corduroy, and several threads of linen
-PIXELS = 240  # per side: 21 um each, half of the finest waves of the catalogue; twice as many would double the file
+SIDE = 5e-3  # m, side of the square: seven threads of linen, two wales of 14-wale corduroy, but not one of 4-wale
+PIXELS = 240  # per side: 21 um each, a third of the finest waves of the catalogue; twice as many would double the file
 SAMPLES = 8  # slopes per pixel; with fewer, surfaces finer than a pixel show false stripes
 LEVEL, COMPRESSION = 0.6, 0.3  # chosen by eye: polished metal is still seen, and a thread is not black and white
 
