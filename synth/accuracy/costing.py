@@ -102,7 +102,7 @@ def _seconds_of(voice: Voice, frames: int) -> float:
 
 
 def _unfelt(scene: Scene, plan: Plan) -> dict[str, Any]:
-    """Return the tolerance of "imperceptible", and what it saved against UNFELT_AGAINST."""
+    """Return the tolerance of "imperceptible", and what it saves compared with UNFELT_AGAINST."""
     tolerance, threshold = plan.response["tolerance"], scene.accuracy.threshold
     unfelt: dict[str, Any] = {"threshold": threshold, "tolerance": tolerance, "against": UNFELT_AGAINST, "saved": None}
     unfelt["sentence"] = f'An error 6 dB below the threshold "{threshold}" needs a tolerance of {tolerance:.2g}.'

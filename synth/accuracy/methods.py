@@ -2,7 +2,7 @@
 
 Stage   no stage. These are the methods of the plan, in several sizes. `baseline` has the method that one would write
         from the paper.
-Model   A method is set up for a case. It then gives the values of the channel over a period, and runs frames as in use.
+Model   A method is set up for a case. It then gives the channel over a period, and computes frames as a render does.
         Solved frames (families exact and sampled): frames have the same folding as a series with as many phases per
         period, rounded to a whole number. Their error is computed from that series.
         Harmonics: a period is solved at several phases and its series is read, as in the plan of a constant scan.

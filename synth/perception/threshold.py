@@ -55,7 +55,7 @@ def _pen(f: Array) -> Array:
 
 
 THRESHOLDS: Mapping[str, Levels] = {"fingertip": _fingertip, "probe": _probe, "pen": _pen}
-"""Functions from frequency (Hz) to dB re 1 um, by name. CONTRIBUTING.md lists the places of a further name."""
+"""Functions from frequency (Hz) to dB re 1 um, by name. CONTRIBUTING.md lists where a new name must be added."""
 
 
 def threshold_displacement(frequency_hz: Array, name: str = DEFAULT) -> Array:

@@ -61,7 +61,7 @@ class Declaration(Protocol):
         """Return the number of channels that it adds."""
 
     def clash(self, settings: Any, others: Mapping[str, Any]) -> tuple[str, str] | None:
-        """Return what is allowed and what to write instead, or None if the settings go with the other effects."""
+        """Return what is allowed and what to write instead, or None if the other effects allow these settings."""
 
 
 @cache

@@ -22,7 +22,7 @@ from synth.surfaces.profile import Profile
 SIDE = 5e-3  # m, side of the square: seven threads of linen, two wales of 14-wale corduroy, but not one of 4-wale
 PIXELS = 240  # per side: 21 um each, a third of the finest waves of the catalogue; twice as many would double the file
 SAMPLES = 8  # slopes per pixel; with fewer, surfaces finer than a pixel show false stripes
-LEVEL, COMPRESSION = 0.6, 0.3  # chosen by eye: polished metal is still seen, and a thread is not black and white
+LEVEL, COMPRESSION = 0.6, 0.3  # chosen by eye: polished metal is still visible, and threads keep shades of grey
 
 Picture = np.ndarray[Any, np.dtype[np.uint8]]
 

@@ -46,7 +46,7 @@ class MeasuredArea(HeightField):
 
     @property
     def key(self) -> Hashable:
-        """Everything that decides the heights. The address stands for the map."""
+        """Everything that decides the heights. The address identifies the map."""
         return self.kind, self.data.address, self.ends, self.phase
 
     @cached_property
