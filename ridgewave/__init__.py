@@ -2,13 +2,13 @@
 
     import ridgewave as rw
     sound = rw.render("grating-1mm-31um", scan={"speed": "120 mm/s"})  # a Sound: values in SI units, save(), plot()
-    plan = rw.explain({"texture": {"period": "0.8 mm"}})  # what is simulated, why, with which cost and error
+    plan = rw.explain({"texture": {"period": "0.8 mm"}})  # what is simulated, why, at what cost and error
     voice = rw.open_voice("scene.json")  # the same sound, block by block
     names = rw.textures()  # sandpapers, cloths, wood, metal, gratings of laboratories, and what you imported
     client = rw.Client("http://127.0.0.1:8000")  # the service, over HTTP; `rw.Live` over a WebSocket
 
-Only these names are stable; `synth`, `service` and `clients` may move theirs. A name is loaded when it is first used,
-so that the import takes no time.
+Only these names are stable; those in `synth`, `service` and `clients` may move. The import is fast, because each name
+is loaded when it is first used.
 """
 
 from __future__ import annotations
@@ -90,5 +90,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """Return the public names, also those that are not loaded yet."""
+    """Return the public names, including those that are not loaded yet."""
     return sorted({*globals(), *__all__})

@@ -1,7 +1,7 @@
 """Renders, explains and opens a scene, with changes to its fields.
 
-The changes are a partial scene. `synth.scene.merge` merges them like a PATCH request (RFC 7396; a field also removes
-the fields that it excludes), and the result is checked.
+The changes are a partial scene. `synth.scene.merge` merges them like a PATCH request (RFC 7396); a field also removes
+the fields that it excludes. The result is then checked.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def render(scene: SceneLike, **fields: Any) -> Sound:
 
 
 def explain(scene: SceneLike, **fields: Any) -> Plan:
-    """Return the plan of a scene: what is simulated, why, with which error, and its cost on this machine.
+    """Return the plan of a scene: what is simulated, why, at what error, and at what cost on this machine.
 
     scene, fields, errors: as `render`.
 
@@ -80,11 +80,11 @@ def open_voice(scene: SceneLike, *, live: bool = False, **fields: Any) -> Voice:
 
 
 def textures() -> dict[str, CatalogueEntry | StoredTexture]:
-    """Return the named textures: the catalogue, a group after the other, then those imported on this machine.
+    """Return the named textures: the catalogue, group by group, then those imported on this machine.
 
-    An entry has `title`, `group`, `document` (the partial scene that its name stands for), `everyday` (a scene in which
-    a fingertip scans the texture), `sources` (of each number) and `note`. An imported one
-    has a `report` (docs/import.md) in place of sources.
+    An entry has `title`, `group`, `document` (the partial scene of its name), `everyday` (a scene in which a fingertip
+    scans the texture), `sources` (of each number) and `note`. An imported texture has a `report` (docs/import.md) in
+    place of the sources.
     Raises CannotRender if the imported textures cannot be read.
 
     Example: rw.render(rw.textures()["denim-72x56"].everyday).save("jeans.wav")

@@ -5,7 +5,7 @@
     voice = synth.open_voice("grating-1mm-31um")  # renders block by block
     plan = synth.explain("scene.json")  # what is simulated, why, at what cost and error
 
-Importing the package is fast, because each name is loaded when it is first used.
+The import is fast, because each name is loaded when it is first used.
 """
 
 from __future__ import annotations

@@ -2,9 +2,10 @@
 
 Stage   None: a tool of all stages, as is the cache in memory (`response_cache`).
 Model   An entry is a file whose name is the SHA-256 of everything that decides its content: the text of its scene and
-        of its demand, and the source of `synth`. A file is written whole, under another name first. One that cannot be
-        read or written is as if it were absent. The files that were not used for longest are deleted beyond the limit.
-Limits  The folder is trusted as the program is: of a table the hash is checked, of a series only its form.
+        of its demand, and the source of `synth`. A file is written under another name and renamed when it is complete.
+        A file that cannot be read counts as absent. Failures to write are ignored. Above the limit in bytes, the least
+        recently used files are deleted.
+Limits  The folder is trusted as much as the program. The hash of a table is checked; of a series only the form is.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ class FileForm(Generic[T]):
 
     ending: of the name, with its dot.
     write: returns the bytes of an entry.
-    read: returns the entry; raises CannotRender, ValueError, KeyError or TypeError for bytes that are none.
+    read: returns the entry; raises CannotRender, ValueError, KeyError or TypeError for bytes that are not an entry.
     """
 
     ending: str
@@ -44,14 +45,14 @@ class FileForm(Generic[T]):
 
 @dataclass(frozen=True, slots=True)
 class FileEntry(Generic[T]):
-    """What an entry is found by. text: everything that decides it, apart from the program."""
+    """The key of an entry. text: everything that decides it, apart from the program."""
 
     text: str
     form: FileForm[T]
 
 
 class KeptFiles:
-    """The entries in `folder`, `most_bytes` at most. From any thread and process."""
+    """The entries in `folder`, at most `most_bytes`. Every thread and process may use them."""
 
     def __init__(self, folder: Path, most_bytes: int = MOST_BYTES) -> None:
         self.folder, self.most_bytes = folder, most_bytes
@@ -61,7 +62,7 @@ class KeptFiles:
         path = self._path(entry)
         with suppress(OSError, CannotRender, ValueError, KeyError, TypeError):
             found = entry.form.read(path.read_bytes())
-            os.utime(path)  # used now
+            os.utime(path)  # marks the file as used now
             return found
         made = build()
         with suppress(OSError):
@@ -88,7 +89,7 @@ class KeptFiles:
             raise
 
     def _prune(self) -> None:
-        """Delete the files that were not used for longest, beyond the limit."""
+        """Delete the least recently used files until the rest is within the limit."""
         used = sorted((path.stat().st_mtime, path.stat().st_size, path) for path in self.folder.iterdir())
         excess = sum(size for _, size, _ in used) - self.most_bytes
         for _, size, path in used:
@@ -100,7 +101,7 @@ class KeptFiles:
 
 @cache
 def source_hash() -> str:
-    """Return a hash of the source of `synth`: another version may solve otherwise."""
+    """Return a hash of the source of `synth`, because another version may give other solutions."""
     digest = sha256()
     for path in sorted(SOURCE.rglob("*.py")):
         digest.update(path.read_bytes())

@@ -44,9 +44,9 @@ def forget_stale_kernels(root: Path, names: tuple[str, ...]) -> None:
 
 forget_stale_kernels(HERE, FOLDERS)
 
-ALL: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}  # C never calls them
+ALL: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}  # C never calls kernels
 KEPT: dict[str, Any] = {**ALL, "cache": True}
-INNER: dict[str, Any] = {**ALL, "no_cpython_wrapper": True}  # a wrapper for Python doubles their compilation
+INNER: dict[str, Any] = {**ALL, "no_cpython_wrapper": True}  # a wrapper for Python doubles the time to compile
 FUSED = {"contract"}
 
 
@@ -63,7 +63,7 @@ unfused: Decorator = njit(**INNER)
 
 
 def signed_kernel(signature: str, *, fused: bool = True) -> Decorator:
-    """Return a decorator that compiles as `kernel` does, but already when the module is imported.
+    """Return a decorator that compiles as `kernel` does, but when the module is imported, not at the first call.
 
     signature: types of the result and the arguments.
     fused: whether products and sums may be fused; False rounds as `unfused` does.

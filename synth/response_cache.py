@@ -1,8 +1,8 @@
 """A cache of solved responses and tables, keyed by what determines them, with a limit in bytes.
 
-Model   The least recently used entry is evicted first. Where two threads request one key at once, one builds the entry
-        and the other waits. An evicted entry is found again as long as anyone uses it. With `files`, an entry that
-        names its file is read from there before it is built.
+Model   The least recently used entry is evicted first. If two threads request one key at once, one builds the entry
+        and the other waits. An evicted entry can still be found while it is in use elsewhere. With `files`, an entry
+        that has a file is read from it if possible, and built otherwise.
 Limits  An entry larger than the limit is built and returned, but not cached.
 """
 
@@ -33,7 +33,7 @@ T = TypeVar("T", bound=Kept)
 
 
 class ResponseCache:
-    """A thread-safe cache of responses and tables, at most `max_bytes` large. files: of entries that outlive it."""
+    """A thread-safe cache of responses and tables, at most `max_bytes` large. files: store of entries on disk."""
 
     def __init__(self, max_bytes: int = DEFAULT_BYTES, files: KeptFiles | None = None) -> None:
         self.max_bytes, self.files = max_bytes, files
@@ -48,7 +48,7 @@ class ResponseCache:
     def get(self, key: Hashable, build: Callable[[], T], file: Callable[[], FileEntry[T] | None] = lambda: None) -> T:
         """Return the entry of `key`, building it at the first call. Errors of `build` are raised and not cached.
 
-        file: returns by what the entry is found among the files; None if it is not kept there.
+        file: returns the key of the entry among the files, or None if the entry is not kept in a file.
         """
         kept = self.find(key)
         if kept is not None:
@@ -77,9 +77,9 @@ class ResponseCache:
         with self._lock:
             self.misses += 1
             self._building.pop(key, None)
-            with suppress(TypeError):  # an object with slots only is small, and is solved again
+            with suppress(TypeError):  # objects without weak references are small, and are solved again
                 self._in_use[key] = made
-            if key in self._entries:  # built twice: it was evicted while a caller waited to find it
+            if key in self._entries:  # built twice, because it was evicted while another caller waited for it
                 self.used_bytes -= self._entries.pop(key).memory_bytes
             if made.memory_bytes <= self.max_bytes:
                 self._entries[key] = made
@@ -89,4 +89,4 @@ class ResponseCache:
 
 
 SHARED = ResponseCache(64 << 20)
-"""The default cache: a scene that a process opens twice is solved once."""
+"""The default cache. A scene that a process opens twice is solved once."""

@@ -2,9 +2,9 @@
 
 Stage   no stage. A report of accuracy compares it with `methods`.
 Model   Eq. 1 is integral over [0, L] of max(h - z, 0) dx = w L / k. The integral is computed on equally spaced points,
-        and `brentq` finds z, one phase at a time. Frames are solved at each output frame, or are oversampled and then
-        band-limited. A table has one period, solved once, and is read like any series. Points and solutions increase
-        together.
+        and `brentq` finds z, one phase at a time. "Frames" are solved at each output frame, or are oversampled and then
+        band-limited. A "table" is one period, solved once and read like any series. From size to size, both the points
+        and the solutions increase.
 Source  Fagiani & Barbieri (2016), eqs 1-5.
 Limits  The times are those of `brentq` at PROBES phases, scaled to the number of phases. The errors are those of the
         same roots, computed in closed form: with falling heights h_1 >= h_2 >= ... and weights v_i, the root is the
@@ -26,9 +26,9 @@ from synth.contact.load_balance import Contact
 from synth.response.series_curve import SeriesCurve
 
 SIZES = tuple((25 * 2**power, 2 ** round(0.45 * power)) for power in range(8))
-"""Points per ridge and solutions per frame. Folding falls as the power 2.5 of the solutions, and the error of the rule
-as the square of the points. The largest size takes 3 ms per phase."""
-TABLED = 512  # phases of a table, relative to the solutions per frame
+"""Points per ridge and solutions per frame. Folding is proportional to solutions^-2.5, and the error of the rule to
+points^-2. The largest size takes 3 ms per phase."""
+TABLED = 512  # phases of a table per solution per frame of the same size
 TIMED = 16  # phases of a timed run of frames
 
 

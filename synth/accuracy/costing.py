@@ -2,10 +2,10 @@
 
 Stage   no stage. It adds the cost to the plan of a scene, as `ridgewave explain` shows it.
 Model   The scene is prepared, and a voice renders blocks of it. The time per frame is that of the fastest of REPEATS
-        blocks, or of one chunk of solved frames. If the tolerance is "imperceptible", the same is measured at
-        UNFELT_AGAINST, to report what the tolerance saved.
+        blocks, or of one chunk of solved frames. If the tolerance is "imperceptible", the same is measured at the
+        tolerance UNFELT_AGAINST, to report what "imperceptible" saves.
         The times that a process needs once (start, imports, kernels) are reported separately.
-        The response also gets figures of the contact:
+        The plan's response also gets figures of the contact:
         - stiffness k of eqs 4-5, or as given, and the groups of eqs 6-7, at the scan's load;
         - contact fraction: mean length that touches, over PHASES phases of a period, over `finger.contact_length`;
         - rms of each quantity about its mean;
@@ -37,9 +37,9 @@ from synth.voice.voice import Voice
 
 TIMED_FRAMES = 1 << 14
 REPEATS = 5
-TRIED_FRAMES, SLOW = 1 << 10, 0.05  # frames of a first try, and its time (s) above which no more frames are timed
+TRIED_FRAMES, SLOW = 1 << 10, 0.05  # frames of a first block, and its time (s) above which only as many are timed
 UNFELT_AGAINST = 1e-6  # the tolerance with which "imperceptible" is compared
-PHASES = 256  # gives the mean length that touches to some thousandths
+PHASES = 256  # phases of a period; they give the mean length that touches to some thousandths
 SAVED = ("setup_seconds", "ns_per_frame", "memory_bytes")  # fields of `Cost` that "imperceptible" can save
 
 
@@ -85,7 +85,7 @@ def _seconds_a_frame(voice: Voice) -> float:
     if not frames:
         tried = _seconds_of(voice, TRIED_FRAMES)
         frames, repeats = (TRIED_FRAMES, 1) if tried > SLOW else (TIMED_FRAMES, REPEATS)
-    # after a seek, a simulation also computes a time before the frame: only continuing measures the cost per frame
+    # after a seek, a simulation also computes a time before the frame, so it is timed without seeking
     goes_on = repeats == 1 or (voice.solved.effects is not None and voice.scene.scan.trajectory is None)
     times = []
     for _ in range(repeats):
@@ -102,7 +102,7 @@ def _seconds_of(voice: Voice, frames: int) -> float:
 
 
 def _unfelt(scene: Scene, plan: Plan) -> dict[str, Any]:
-    """Return the tolerance of "imperceptible", and what it saved against UNFELT_AGAINST."""
+    """Return the tolerance of "imperceptible", and what it saves compared with UNFELT_AGAINST."""
     tolerance, threshold = plan.response["tolerance"], scene.accuracy.threshold
     unfelt: dict[str, Any] = {"threshold": threshold, "tolerance": tolerance, "against": UNFELT_AGAINST, "saved": None}
     unfelt["sentence"] = f'An error 6 dB below the threshold "{threshold}" needs a tolerance of {tolerance:.2g}.'

@@ -2,17 +2,17 @@
 
 Stage   no stage. These are the methods of the plan, in several sizes. `baseline` has the method that one would write
         from the paper.
-Model   A method is set up for a case. It then gives the values of the channel over a period, and runs frames as in use.
-        Solved frames (families exact and sampled): frames fold as much as a series with the same number of phases per
-        period, rounded to a whole number.
+Model   A method is set up for a case. It then gives the channel over a period, and computes frames as a render does.
+        Solved frames (families exact and sampled): frames have the same folding as a series with as many phases per
+        period, rounded to a whole number. Their error is computed from that series.
         Harmonics: a period is solved at several phases and its series is read, as in the plan of a constant scan.
-        Table: a response table is made to errors of a given size and read along the scan, as by a live voice.
+        Table: a response table is made to given errors and read along the scan, as by a live voice.
         The exact solver is that of the texture. For two cosines it is in closed form. Otherwise it uses segments,
         refined until their error is REFINED of the scene's tolerance. The sampled solver uses a polyline with a given
         number of segments, for any texture.
 Source  design, section 5; Fagiani & Barbieri (2016), eq. 1, for all methods.
-Limits  Steady scans only. Components of a table above the band are not counted. The mip levels fade out up to 1.4
-        times the band.
+Limits  Steady scans only. Components of a table above the band, where its mip levels fade out up to 1.4 times the band,
+        are not counted.
 """
 
 from __future__ import annotations
@@ -43,14 +43,14 @@ from synth.scene.scene import Scene
 from synth.voice.table_reading import HandReader, TableChannels
 
 OVERSAMPLINGS = (1, 2, 4, 8, 16, 32)
-SAMPLED_SIZES = 7  # how many numbers of segments, each twice the one before
+SAMPLED_SIZES = 7  # numbers of segments that are measured, each twice the previous one
 SERIES_PHASES = tuple(2**power for power in range(3, 17))
-TABLE_SIZES = (0.25, 1.0, 4.0)  # accuracy relative to a live voice's table; a table of 16 would take half a minute
+TABLE_SIZES = (0.25, 1.0, 4.0)  # accuracy relative to a live voice's table; a table of size 16 would take half a minute
 TABLE_SECONDS = 0.5  # approximate time to make a table for a live voice
-REFINED = 0.1  # of the tolerance: a larger error would show in the errors of methods that read the solver
+REFINED = 0.1  # of the tolerance; a larger solver error would add to the errors of the methods that use the solver
 TIMED_FRAMES = 1 << 14  # frames of a timed reader
 PROBES = 16  # phases from which the time per phase is measured
-MOST_PLACES = 1 << 16  # largest number of phases of a period at which a live voice's frames are
+MOST_PLACES = 1 << 16  # largest number of different phases of a period at which the table is compared
 
 Solve = Callable[[Array], Array]
 """Returns z (m) at phases (turns)."""
@@ -104,7 +104,7 @@ class Case:
         return self.solved.steady.series(self.order, series)
 
     def solved_period(self, solve: Solve, count: int) -> tuple[Callable[[int], Array], int]:
-        """Return `Ready.period` for frames with `count` solutions each, and the number of phases per period."""
+        """Return the function `Ready.period` for frames with `count` solutions each, and the phases per period."""
         phases = max(8, round(self.period_frames * count))
 
         def period(points: int) -> Array:
@@ -122,9 +122,9 @@ class Ready:
     frames: number of frames that `run` computes.
     nbytes: memory, bytes.
     run: computes the frames.
-    period: returns the channel (SI) at the phases (i + 1/2) / points of a period. The number of points is about that
-        requested.
-    setup: set-up time (s), if it was not measured by setting up; else None.
+    period: returns the channel (SI) at the phases (i + 1/2) / points of a period. A table returns its own number of
+        points in place of the requested one.
+    setup: set-up time (s); None if it is measured by calling `set_up`.
     """
 
     frames: int
@@ -141,7 +141,7 @@ class Method:
     name: name in the report.
     family: group of methods that differ only in size.
     set_up: returns the method, ready to run.
-    seconds: approximate time to set it up, run it and find its error, s.
+    seconds: approximate time to set it up, run it and compute its error, s.
     """
 
     name: str
@@ -213,7 +213,7 @@ def read_by(case: Case, curve: SeriesCurve, setup: float | None = None) -> Ready
 
 
 def seconds_a_phase(solve: Solve) -> float:
-    """Return the approximate time (s) of a solution."""
+    """Return the approximate time (s) of one solution."""
     phases = np.arange(PROBES) / PROBES
     solve(phases)
     began = perf_counter()
@@ -238,7 +238,7 @@ def _framed(case: Case, name: str, family: str, count: int) -> Method:
 def _sampled(case: Case) -> Iterator[Method]:
     """Yield the solver on polylines of several sizes.
 
-    Folding falls as the power 2.5 of the solutions, and the error of the polyline as the square of the segments.
+    Folding is proportional to solutions^-2.5, and the error of the polyline to segments^-2.
     """
     geometry = case.contact.geometry.as_profile()
     least = SegmentGrid.of_geometry(replace(geometry, segments=1)).segments
@@ -284,7 +284,7 @@ def _live(case: Case, reader: TableReader) -> Ready:
     """Return the method that reads a table along the scan block by block, as a live voice does."""
     texture = case.scene.texture.period
     whole = Fraction(case.solved.turns / case.rate).limit_denominator(MOST_PLACES)
-    places, lap = whole.denominator, whole.numerator  # `places` frames take `lap` periods, to 1e-10
+    places, lap = whole.denominator, whole.numerator  # `places` frames pass `lap` periods, to 1e-10
 
     def hand_along(speed: float, frames: int) -> tuple[HandReader, Motion, Block]:
         """Return a reader, a motion of `frames` frames at `speed` (m/s), and a block for its samples."""
@@ -294,7 +294,7 @@ def _live(case: Case, reader: TableReader) -> Ready:
         return hand, Motion(samples, np.empty(0)), np.empty((frames, 1), np.float32)
 
     def period(points: int) -> Array:
-        """Return the channel (SI) over whole periods, a value for each of `places` frames; `points` is not used."""
+        """Return the channel (SI) at `places` equal phases of a period; `points` is not used."""
         hand, motion, out = hand_along(lap / places * case.rate * texture, places)
         hand.phase = 2**63 // places
         hand.read(motion, out)

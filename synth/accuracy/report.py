@@ -3,15 +3,14 @@
 Stage   after STAGE 3, for a scene.
 Model   Every method (`methods`, `baseline`) gives one period of the channel. It is compared with a reference: the
         series of the texture's own solver, refined to REFERENCE_TOLERANCE or to the solver's limit on work.
-        Errors are relative to the peak-to-peak of the quantity, limited to its harmonics. An error is converted to a
-        displacement by dividing its spectrum by (2 pi f)^k. A harmonic above half the rate is judged at the frequency
-        to which it folds.
-        Timings are medians of REPEATS runs. One run before them is not counted, so compilation is not included. The
+        Errors are relative to the peak-to-peak of the quantity, as the sum of its harmonics in the band. To convert an
+        error to a displacement, its spectrum is divided by (2 pi f)^k. A harmonic above half the rate is compared with
+        the threshold at the frequency to which it folds.
+        Timings are medians of up to REPEATS runs after one run that is not timed, so compilation is not included. The
         report states it separately (`process_seconds`, `compile_seconds`).
 Source  design, section 5; thresholds: `threshold`.
 Limits  A stroke or a recording is measured as a steady scan at its largest speed and load. Methods that would take
-        longer than PATIENCE to measure are left out and listed. After BUDGET seconds of measuring, so are those that
-        would take longer than HASTE.
+        longer than PATIENCE to measure are left out and listed. After BUDGET seconds of measuring the limit is HASTE.
 """
 
 from __future__ import annotations
@@ -39,8 +38,8 @@ from synth.scene.scene import Scene, SceneLike, scene_document, scene_from
 REPEATS = 5
 PATIENCE, HASTE = 6.0, 0.5  # s, longest time to set up, run and judge a method, before and after BUDGET
 BUDGET = 45.0  # s of measuring
-ENOUGH = 0.5  # s of timing, after which it is not repeated
-REFERENCE_TOLERANCE = 1e-8  # below the rounding of float32; a looser one would show in the errors of the best methods
+ENOUGH = 0.5  # s of timing, after which no further run is timed
+REFERENCE_TOLERANCE = 1e-8  # below the rounding of float32; a larger one would add to the errors of the best methods
 SEEN_PHASES = 1 << 17  # smallest number of phases of a period at which errors are computed
 
 Progress = Callable[[str, int, int], None]
@@ -88,8 +87,8 @@ class AccuracyReport:
     reference_error: bound on the error of the reference, relative to the peak-to-peak.
     chosen: name of the method that the plan uses; it is one of `methods`.
     repeats: largest number of runs per timing.
-    process_seconds: start, imports and kernels of this process, once, before it can compute, s.
-    compile_seconds: the part of process_seconds that only a first use takes, s.
+    process_seconds: time that this process needed once before it could compute: start, imports and kernels, s.
+    compile_seconds: the part of process_seconds that compiled kernels; it is 0 if all were on disk, s.
     methods: the measured methods.
     left_out: the methods that were not measured.
     """
@@ -198,7 +197,7 @@ def _not_there(case: Case) -> Iterator[LeftOutMethod]:
 
 
 def require_measurable(scene: Scene) -> None:
-    """Raise the errors of `measure_accuracy` that can be found without solving the scene."""
+    """Raise those errors of `measure_accuracy` that do not require a solution of the scene."""
     if scene.effects:
         hint = "The report compares methods that compute the contact response. Leave the effects out."
         raise InvalidRequest([Fault("/effects", ", ".join(scene.effects), "{}", hint)])

@@ -1,10 +1,10 @@
-"""Write a sound file block by block, with constant memory. The final name never has an incomplete file.
+"""Write a sound file block by block, with constant memory. The file has its name only when it is complete.
 
 Stage: part of STAGE 4 (encode), its only part with state.
 Model: a writer has an encoder and a place. The encoder is for WAV or raw (here) or FLAC (`synth.encode.flac`). The
     place is a path (`synth.encode.part_file`) or a binary stream that the caller owns. Blocks are encoded 65536 frames
-    at a time, so an hour takes no more memory than a second. If the header of a WAV has another length than the sound,
-    it is written again at the end.
+    at a time, so an hour takes no more memory than a second. If the header of a WAV does not state the actual number
+    of frames, it is written again at the end.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class LentStream:
 
     def __init__(self, stream: BinaryIO) -> None:
         self.stream = stream
-        name = getattr(stream, "name", None)  # for a temporary file, its descriptor, a number
+        name = getattr(stream, "name", None)  # a temporary file has its descriptor, a number, as name
         self.shown = name if isinstance(name, str) else "the sound"
         self.target = None
 
@@ -79,7 +79,7 @@ class PcmEncoder:
         self._frames += len(block)
 
     def finish(self) -> None:
-        """Write the closing, and correct the header if it has another length."""
+        """Write the closing, and correct the number of frames in the header if it is wrong."""
         self._stream.write(closing(self._format, self._frames * self._channels * self._format.bytes_per_sample))
         if not self._header:
             return
@@ -149,7 +149,7 @@ class Writer:
             self._place.commit()
 
     def abort(self) -> None:
-        """Remove what was written. A stream of the caller keeps it. After `close`, do nothing."""
+        """Remove what was written, except from a stream of the caller. After `close`, do nothing."""
         if self._open:
             self._undo()
 

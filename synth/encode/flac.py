@@ -2,8 +2,8 @@
 
 Stage: part of STAGE 4 (encode). libsndfile is loaded when the first FLAC is written.
 Model: samples are 24 bit integers by the rule of `synth.encode.samples`. A FLAC therefore decodes to the integers of
-    the 24 bit WAV. 24 bits are better than 16, because a render can be quiet for long (light touch, lifted finger),
-    and FLAC uses no bits for leading zeros.
+    the 24 bit WAV. 24 bits are better than 16, because a render can be quiet for long (light touch, lifted finger).
+    They cost little, because FLAC uses no bits for leading zeros.
 Limits: 8 channels, 655350 Hz. The target must be able to seek, because the header contains the number of frames.
 """
 
@@ -61,7 +61,7 @@ class FlacEncoder:
         self._guarded(self._file.close)
 
     def discard(self) -> None:
-        """Free libsndfile's memory after a failure. What it would still write is dropped."""
+        """Free libsndfile's memory after a failure. What it has not written yet is discarded."""
         self._keeper.fault = self._keeper.fault or CannotRender("the file is given up")
         with contextlib.suppress(RuntimeError):  # it may raise the same error again
             self._file.close()

@@ -4,10 +4,10 @@ Stage: part of STAGE 4 (encode), the part that uses the file system.
 Model: the bytes are written to NAME.TOKEN.part in the folder of the target. Each writer has its own token. At the end
     `os.replace` renames the file, so readers see the old file or the new file, never a part of one. A symbolic link is
     followed, and its target is replaced. A target that is not a regular file (a pipe, /dev/null) is written directly.
-    With `exclusive`, which the file sink uses, the name must be free and no link is followed. The file is then
-    NAME.part. It must not exist before, and so reserves the name among all processes.
-Limits: a process that is killed leaves its .part file behind. The rename is atomic, but does not wait for the disk. A
-    power cut can undo it.
+    With `exclusive`, which the file sink uses, the name must be free and no link is followed. The bytes are then
+    written to NAME.part, which must not exist. It reserves the name among all processes.
+Limits: a process that is killed leaves its .part file behind. The rename is atomic, but does not wait for the disk, so
+    a power cut can undo it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import BinaryIO
 
 from synth.errors import CannotRender, NameTaken
 
-NAME_BYTES = 200  # bytes of the target's name in the name of the part file, to keep that below the usual limit of 255
+NAME_BYTES = 200  # bytes of the target's name that the part file's name keeps, to stay below the usual limit of 255
 
 REASONS = {
     errno.ENOSPC: "the disk is full",

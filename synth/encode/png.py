@@ -14,7 +14,7 @@ import numpy as np
 
 def png_of(picture: np.ndarray[Any, np.dtype[np.uint8]]) -> bytes:
     """Return the PNG file of `picture`, [rows, columns]: 0 is black, 255 is white."""
-    from PIL import Image  # loaded only where a picture is asked for
+    from PIL import Image  # imported only when a picture is required
 
     written = io.BytesIO()
     Image.fromarray(picture).save(written, "PNG", optimize=True)

@@ -1,4 +1,4 @@
-"""Make WAV headers. They are written here so that the same sound gives the same bytes, and for endless streams.
+"""Make WAV headers. They are made here to allow endless streams, and so that the same sound gives the same bytes.
 
 Stage: part of STAGE 4 (encode), pure.
 Model: the chunks are RIFF or RF64, WAVE, [JUNK or ds64], fmt, [fact], LIST INFO, data. There is no PEAK chunk, to which
@@ -42,7 +42,7 @@ def wav_header(
     """Return the bytes before the samples of a WAV file.
 
     frames: number of frames; None for an endless file.
-    reserve: whether to leave room for ds64; None for leaving it if the number of frames is known.
+    reserve: whether to leave room for ds64; None leaves room if the number of frames is known.
 
     The length of the header depends only on the format, the channels, the metadata and `reserve`.
     """

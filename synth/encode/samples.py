@@ -2,8 +2,8 @@
 
 Stage: part of STAGE 4 (encode), pure.
 Model: n = round_half_even(x * 2**(bits - 1)), clipped to [-2**(bits - 1), 2**(bits - 1) - 1], without dither. 1.0
-    becomes 32767 (16 bit) or 8388607 (24 bit), and -1.0 becomes -32768 or -8388608. Every file, stream and FLAC has the
-    same integers for the same samples. Dither would add noise where the model gives exact silence.
+    becomes 32767 (16 bit) or 8388607 (24 bit), and -1.0 becomes -32768 or -8388608. Every file and stream, FLAC
+    included, has the same integers for the same samples. Dither would add noise where the model gives exact silence.
 Limits: the error of an integer sample is at most half a step within [-1, 1 - step]: 1.5e-5 of full scale at 16 bit,
     6e-8 at 24 bit. Blocks are float32, for which x * 2**(bits - 1) is exact (a power of two), so rounding is the only
     error.

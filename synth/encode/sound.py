@@ -1,7 +1,7 @@
 """SOUND: the result of a render: samples with their physical full scale, the scene, and its plan.
 
 Stage   after STAGE 4 (encode), with which it writes files.
-Model   `frames` has value / full scale in float32, as in a float file. `values` has SI units.
+Model   `frames` holds value / full scale in float32, as in a float file. `values` holds SI units.
 Limits  The whole sound is in memory: 4 bytes per frame and channel, and 8 more if `values` is used. A voice
         (`synth.open_voice`) renders longer sounds block by block.
 """

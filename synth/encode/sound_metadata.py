@@ -20,9 +20,9 @@ from typing import Any
 
 from synth.scene.effects_section import unit_of
 
-VERSION = 2  # of the JSON text. The first one had no version, and its scenes without a bandwidth had the full band
+VERSION = 2  # of the JSON text. Version 1 had no version field, and its scenes without a bandwidth had the full band
 
-FLAC_COMMENT_BYTES = 2**24 - 4096  # a FLAC metadata block counts its bytes in 24 bits, and other entries use some
+FLAC_COMMENT_BYTES = 2**24 - 4096  # the size of a FLAC metadata block has 24 bits, and other entries take some bytes
 
 
 def generator_name() -> str:
@@ -41,8 +41,8 @@ class Metadata:
 
     full_scale: SI value of a sample of 1.0, one per channel.
     quantities: quantity of each channel, such as "acceleration".
-    scene: the scene as a JSON document in SI numbers, as `scene_document` makes it. It contains only JSON types; tuples
-        would be read back as lists.
+    scene: the scene as a JSON document in SI numbers, as `scene_document` makes it. It contains only JSON types: a
+        tuple would be read back as a list.
     generator: name and version of the program.
     """
 

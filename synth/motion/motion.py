@@ -43,7 +43,7 @@ class Update(NamedTuple):
     direction: float | None = None
 
     def after(self, skipped: Update) -> Update:
-        """Return this update with what it keeps of `skipped`, the update before it, which was not applied."""
+        """Return this update with the fields that it keeps of `skipped`, the previous one, which was not applied."""
         kept = {name: getattr(skipped, name) for name in KEPT if getattr(self, name) is None}
         return self._replace(**kept)
 
@@ -53,9 +53,9 @@ class Motion:
     """The motion of the hand in a block.
 
     samples: float64 [5, frames]: speed (m/s), its rate (m/s^2), load (N), its rate (N/s) and second rate (N/s^2).
-    position: float64 [frames], m; empty where only the speed is known, and the phase follows from the speed.
-    path: float64 [2, frames]: how far the surface has moved across (m), and the direction of the finger (rad), over an
-        area; empty where the finger stays on the line of the scan.
+    position: float64 [frames], m. It is empty if only the speed is known, from which the phase then follows.
+    path: float64 [2, frames], over an area: how far the surface has moved across (m), and the direction of the finger
+        (rad). It is empty if the finger stays on the line of the scan.
     complete: True where the derivatives are given; otherwise a voice takes differences from the preceding frame.
     """
 
@@ -93,10 +93,11 @@ class Motion:
 
         load: N.
         speed, position: m/s, m; either, or both if they agree.
-        speed_rate, load_rate, load_bend: time derivatives: of the speed, of the load, and the second one of the load.
-        across, direction: how far the surface has moved across (m) and the direction of the finger (rad), over an area;
-            with a position.
-        pulls: loads below 0 are kept, for a voice with adhesion; otherwise they become 0.
+        speed_rate, load_rate: time derivatives of the speed and of the load.
+        load_bend: second time derivative of the load.
+        across, direction: over an area, how far the surface has moved across (m) and the direction of the finger (rad).
+            They require a position.
+        pulls: whether loads below 0 are kept, for a voice with adhesion. Otherwise they become 0.
 
         Raises ValueError where both speed and position are missing, across is given without position, or a value is not
         finite.

@@ -1,11 +1,11 @@
-"""Follows a remote hand that leads a finger over an area and turns it.
+"""Follows a remote hand that moves a finger over an area and turns it.
 
 Stage   Motion, for hands behind a network.
 Model   The place along x, the place across and the direction are followed by one `update_smoothing.Follower` each. They
-        receive the same updates at the same frames, so their delays are equal. A direction is followed as an arc of
-        radius TURN_RADIUS, which makes a jump of the direction one of the finger's rim. It turns the short way round.
-        The place across and the direction are followed from the first update that has them on. A finger that is on the
-        line of its scan until then jumps to it.
+        receive the same updates at the same frames, so their delays are equal. A direction is followed as the length of
+        an arc of radius TURN_RADIUS, so it jumps if the finger's rim jumps. It turns the short way round.
+        The place across and the direction are followed from the first update that has them. Until then the finger is on
+        the line of its scan; with that update it jumps to the new values.
 Source  docs/live-motion.md.
 Limits  Those of `update_smoothing`.
 """
@@ -20,13 +20,13 @@ import numpy as np
 from synth.motion.motion import Motion, Update
 from synth.motion.update_smoothing import Follower
 
-TURN_RADIUS = 8e-3  # m: half a fingertip; a larger one makes more turns of the finger jumps
+TURN_RADIUS = 8e-3  # m: half a fingertip; with a larger radius, more turns of the finger count as jumps
 
 
 class PathFollower(Follower):
     """The state of one followed hand, and of its place across and its direction.
 
-    direction: of the finger until an update has one, rad.
+    direction: of the finger before the first update that has one, rad.
     """
 
     __slots__ = ("_across", "_direction", "_turned")
@@ -48,7 +48,7 @@ class PathFollower(Follower):
         return jumped
 
     def _follow(self, name: str, update: Update, value: float) -> bool:
-        """Let one of the other followers follow `value` (m); return True for a jump."""
+        """Follow `value` (m) with the follower called `name`, which the first call makes; return True for a jump."""
         follower: Follower | None = getattr(self, name)
         if follower is not None:
             return follower.apply(update._replace(position=value, speed=None))
@@ -66,7 +66,7 @@ class PathFollower(Follower):
                 follower.release()
 
     def motion(self, frames: int) -> Motion:
-        """Return the next frames, complete; with a path from the first update on that has a place across."""
+        """Return the next frames, with derivatives. They have a path from the first update with a place across."""
         motion = super().motion(frames)
         across = None if self._across is None else self._across.motion(frames).position
         turned = None if self._turned is None else self._turned.motion(frames).position / TURN_RADIUS

@@ -3,15 +3,15 @@
 Stage   Motion, for trajectories.
 Model   Position and load are each a piecewise polynomial of degree 5. At each point it has the recorded value, a slope
         d and a second derivative s, so two derivatives are continuous and the third is bounded. d and s come from the
-        parabola through a point and its neighbours. They are then reduced until the curve rises, or falls, from each
-        point to the next. With h the interval and D the change over it (mirrored where D < 0), this is so if the
-        Bernstein coefficients
+        parabola through a point and its neighbours. They are then reduced until the curve is monotone from each point
+        to the next. With h the interval and D the change over it (mirrored if D < 0), it is monotone if the Bernstein
+        coefficients increase:
             0, h d0 / 5, h (2 d0 / 5 + h s0 / 20), D - h (2 d1 / 5 - h s1 / 20), D - h d1 / 5, D
-        rise. They enclose the curve, so position and load stay within the range of two neighbouring points.
+        The coefficients bound the curve, so position and load stay within the range of two neighbouring points.
         The load has zero slope at the first and the last point, where the finger lands and lifts. Beyond them the
         position continues in a straight line.
 Source  Sufficient conditions for a monotone polynomial in Bernstein form (de Boor, A Practical Guide to Splines, 1978).
-        The estimates of d and s, and their reduction, are our own.
+        The estimates of d and s, and their reduction, are this project's own.
 Limits  Exact at the points and for straight lines. For a smooth motion with points every h, the position error is below
         0.15 h^2 times the second derivative at turns, which are cut off, and below h^3 times the third derivative
         elsewhere. The speed is at most 5 times the mean speed between two points, as in a stop recorded by few points.
@@ -86,7 +86,7 @@ class RecordedMotion:
         times, *places, loads = np.array(scene.scan.trajectory).T
         if len(places) > 1:  # a finger at x, y: the surface has moved the other way
             x, y, direction = places
-            places = [-x, -y, np.unwrap(direction)]  # the short way round, as a hand is followed
+            places = [-x, -y, np.unwrap(direction)]  # the short way round, as for a live hand
         merged_times, merged = merged_places(times, np.stack(places))
         spaced = spaced_times(times)
         place, *area = (Curve.through(merged_times, row, level_ends=False) for row in merged)
@@ -158,5 +158,5 @@ def _reduced(d: Array, s: Array, h: Array, rise: Array) -> tuple[Array, Array]:
 
 
 def _kept(used: Array, allowed: Array) -> Array:
-    """Return the part of `used` that is `allowed`: 1 where all of it is."""
+    """Return the fraction of `used` that is `allowed`, at most 1."""
     return np.where(used > allowed, allowed / np.where(used > allowed, used, 1.0), 1.0)

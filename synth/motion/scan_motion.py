@@ -19,7 +19,7 @@ from synth.motion.motion import ACROSS, DIRECTION, LOAD, LOAD_BEND, LOAD_RATE, N
 from synth.motion.recorded_motion import Curve, RecordedMotion
 from synth.scene.scene import Scene
 
-LIFT_TIME = 0.02  # s in which the finger lands before a trajectory and lifts after it; a shorter time clicks
+LIFT_TIME = 0.02  # s, duration of landing before a trajectory and of lifting after it; a shorter one clicks
 
 
 class ScanMotion:
@@ -27,7 +27,7 @@ class ScanMotion:
 
     rate: frames per second; by default that of the output.
     start: time at which a recording begins, s; 0 for any other scan.
-    duration: of a recording, s; infinite for any other scan.
+    duration: time at which a recording ends, s; infinite for any other scan.
     """
 
     def __init__(self, scene: Scene, rate: float | None = None) -> None:
@@ -106,10 +106,10 @@ class ScanMotion:
         return Motion(samples, places, path)
 
     def _over_area(self, area: tuple[Curve, Curve], samples: Array, t: Array, on: Array) -> Array:
-        """Return the path of a recorded motion, and make the speed that along it.
+        """Return the path of a recorded motion, and change the speed in `samples` to that along the path.
 
         samples: with the speed along x and its rate.
-        on: `t` (s), limited to the recording. Beyond it the finger goes straight on and turns no more.
+        on: `t` (s), limited to the recording. Beyond it the finger continues straight and does not turn.
         """
         across, direction = area
         speed, bend = across.slope(on), across.bend(on)

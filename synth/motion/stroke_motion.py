@@ -1,6 +1,6 @@
 """Position of the finger in a stroke, back and forth between two places, without drift over hours.
 
-Model   The finger cruises at u between turns. In a turn the velocity goes from u to -u as u (1 - 2 S(s)), with
+Model   The finger cruises at u between turns. In a turn the velocity changes from u to -u as u (1 - 2 S(s)), with
         S = 3 s^2 - 2 s^3.
 Source  design, section 4.
 """

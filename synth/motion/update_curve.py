@@ -2,11 +2,12 @@
 
 Model   x = level + slope s + (b0 + b1 s + b2 s^2) exp(-decay s), with s in seconds since `start`. x, x' and x''
         continue from their present values. `join` chooses b so that the error e = x - level - slope s obeys
-        (d/dt + decay)^3 e = 0. `glide` chooses b so that the speed obeys (d/dt + decay)^2 (x' - slope) = 0; the
-        position then ends wherever this leads. Both are critically damped.
+        (d/dt + decay)^3 e = 0. `glide` chooses b so that the speed obeys (d/dt + decay)^2 (x' - slope) = 0; it does
+        not prescribe the final position. Both are critically damped.
 Source  The closed forms of linear equations with one threefold, or twofold, root.
-Limits  e is exactly 0 from decay s = SETTLED on, or at once where it is below STILL, so no denormals occur. Every frame
-        is computed from its distance to `start`, without fused operations, so blocks of any size give the same bits.
+Limits  e is exactly 0 from decay s = SETTLED on, or from the start if it is below STILL, so no denormals occur. Every
+        frame is computed from its distance to `start`, without fused operations, so blocks of any size give the same
+        bits.
 """
 
 from __future__ import annotations
@@ -22,9 +23,9 @@ START, END, LEVEL, SLOPE, B0, B1, B2, DECAY = range(8)
 """Entries of a curve: first frame, frame from which e is 0, then the coefficients in SI."""
 ENTRIES = 8
 
-SETTLED = 36.0  # decays after which e becomes 0, when e^-36 36^2 / 2 = 1.5e-13 of it is left; smaller leaves a step
+SETTLED = 36.0  # decay s from which e is 0; exp(-36) 36^2 / 2 = 1.5e-13 of it is then left; smaller leaves a step
 STILL = 1e-13  # m or N: smaller errors are ignored; their acceleration is 1e-10 of that of a stroke
-STRIDE = 64  # frames from one exponential to the next; a table gives those between at a tenth of the cost
+STRIDE = 64  # frames between computed exponentials; a table gives the others at a tenth of the cost
 
 
 @unfused
@@ -90,7 +91,7 @@ def fall_by(curve: Array, powers: Array, rate: float, decay: float) -> None:
 
 @unfused
 def fill_curve(curve: Array, powers: Array, rate: float, frame: float, x: Array, v: Array, a: Array) -> None:
-    """Write `curve` from `frame` on to x, x' to v and x'' to a, each float64 [frames]."""
+    """Write x, x' and x'' of `curve`, from `frame` on, to `x`, `v` and `a`, each float64 [frames]."""
     decay, slope, level = curve[DECAY], curve[SLOPE], curve[LEVEL]
     b0, b1, b2 = curve[B0], curve[B1], curve[B2]
     away, fading = int(frame - curve[START]), int(curve[END] - frame)

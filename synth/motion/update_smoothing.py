@@ -1,14 +1,13 @@
 """Follows a remote hand: updates at 30 to 1000 Hz become position and load at audio rate.
 
 Stage   Motion, for hands behind a network.
-Model   `update_timing` turns each update into an expected straight line of the position, DELAY ago. The position joins
-        that line with two continuous derivatives (`update_curve`, third order). So at constant speed the lag is DELAY
-        only. Past the horizon the position glides to a stop. If a hand sends speeds, its speed follows by a glide
-        with the same delay. The load joins the newest load, which is held, with a fixed decay. Speed and load are
-        averages of the past with weights that are never negative, so they stay within the range of the requested
-        values.
+Model   `update_timing` extrapolates each update to a straight line of the position. The position joins this line, as of
+        DELAY ago, with two continuous derivatives (`update_curve`, third order). So at constant speed the lag is only
+        DELAY. Past the horizon the position glides to a stop. If a hand sends speeds, its speed follows by a glide with
+        the same delay. The newest load is held, and the load joins it with a fixed decay. Speed and load are averages
+        of the past with weights that are never negative, so they stay within the range of the requested values.
 Source  docs/live-motion.md: the measurements, the alternatives, and the figures behind this choice.
-Limits  The motion between two updates is unknown, so a sudden stop is overshot by a part of it.
+Limits  The motion between two updates is unknown. A sudden stop is therefore overshot by a part of that motion.
 """
 
 from __future__ import annotations
@@ -25,8 +24,8 @@ from synth.motion.update_curve import ENTRIES as CURVE
 from synth.motion.update_curve import STRIDE, fill_curve, glide, join, new_curve, stand, values_at
 from synth.motion.update_timing import INTERVAL, begin_anew, late_by, new_track, slope_with
 
-DELAY = 0.01  # s, lag of position and speed, a block of the service; less: turns and stops are overshot, and mice
-# sound rough (twice the error without a delay); more: a stroke is felt after it is seen
+DELAY = 0.01  # s, lag of position and speed: one block of the service; less: turns and stops are overshot, and mice
+# sound rough (without a delay the error is doubled); more: a stroke is felt after it is seen
 TIGHTNESS = 3.0  # decays per interval of updates; more: updates are heard one by one; less: late at turns
 QUICKEST = 250.0  # 1/s: largest decay, reached at 83 Hz; more: rough time stamps sound rough; less: late at turns
 SLOWEST = 60.0  # 1/s: smallest decay, that of updates at 20 Hz; less: a turn at 5 Hz is lost
@@ -36,7 +35,7 @@ LOAD_DECAY = 200.0  # 1/s: a load is 15 ms late; more: a touch is a click, loude
 HORIZON, SPARE = 2.0, 0.035  # intervals and s of extrapolation: one lost update, DELAY, a block, some jitter;
 # less: such gaps are heard; more: overshoot when the hand stops, or turns while an update is lost
 LEAP_SPEED = 1.5  # m/s, largest unexpected speed; more: jumps are heard as a sweep; less: fast starts are faded
-LEAST_LEAP = 0.01  # s of LEAP_SPEED at least, at any update rate
+LEAST_LEAP = 0.01  # s; at any update rate, a jump is at least LEAP_SPEED times this
 
 UNKNOWN, BY_POSITION, BY_SPEED = 0.0, 1.0, 2.0
 FRAME, MODE, UNTIL, ASKED = range(4)
@@ -46,17 +45,17 @@ OF_LOAD = OF_PLACE + CURVE
 POWERS = OF_LOAD + CURVE
 POWERS_OF_LOAD = POWERS + STRIDE
 TRACK = POWERS_OF_LOAD + STRIDE
-"""After the entries of a hand: where the curves of place and load, the powers of each, and the track begin."""
+"""Offsets in the state, after the entries of a hand: the curves of place and load, the powers of each, the track."""
 
 
 class Follower:
-    """The state of one followed hand. Nothing is queued: the newest update wins.
+    """The state of one followed hand. Updates are not queued: each replaces the previous one.
 
     sample_rate: Hz.
     lowest_load: N, from the scene's effects (`scene_effects.lowest_load`); loads stay between it and LARGEST_LOAD.
 
-    Smoothing makes place and speed DELAY late, and the load 3 / LOAD_DECAY. The same calls at the same frames give the
-    same bits in blocks of any size.
+    Smoothing delays place and speed by DELAY, and the load by 3 / LOAD_DECAY. The same calls at the same frames give
+    the same bits in blocks of any size.
     """
 
     __slots__ = ("lowest", "sample_rate", "state")
@@ -66,7 +65,7 @@ class Follower:
         self.lowest = lowest_load
         hand = np.array([0.0, UNKNOWN, math.inf, 0.0])
         (place, places), (load, loads) = new_curve(), new_curve()
-        self.state = np.concatenate([hand, place, load, places, loads, new_track()])  # one: each update copies it
+        self.state = np.concatenate([hand, place, load, places, loads, new_track()])  # one array: each update copies it
 
     def begin(self, position: float, speed: float, load: float) -> None:
         """Begin with a hand that moves steadily at `speed` (m/s) from `position` (m), at `load` (N)."""
@@ -81,8 +80,8 @@ class Follower:
     def apply(self, update: Update) -> bool:
         """Follow `update` from the next frame on.
 
-        Return True for a jump: the finger sounds, and its position changed faster than a hand can move, or positions
-        follow after speeds. The caller should then cross-fade from a copy of the previous state to this one.
+        Return True for a jump: while the finger sounds, its position changed faster than a hand can move, or a position
+        follows a speed. The caller should then cross-fade from a copy of the previous state to this one.
         """
         by_speed = update.position is None
         value = update.speed if by_speed else update.position
@@ -98,7 +97,7 @@ class Follower:
         release_hand(self.state, float(self.sample_rate), self.lowest)
 
     def motion(self, frames: int) -> Motion:
-        """Return the next frames, complete; without positions where the hand sends speeds, or nothing yet."""
+        """Return the next frames, with derivatives; without positions while the hand sends speeds or is unknown."""
         samples, position = np.empty((5, frames)), np.empty(frames)
         known = self.state.item(MODE) == BY_POSITION
         self.fill(samples, position)
@@ -130,7 +129,7 @@ def parts_of(state: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
 
 @unfused
 def press(curve: Array, powers: Array, rate: float, frame: float, load: float) -> None:
-    """Lead the load to `load`, from the frame before `frame` on, unless that is its target already."""
+    """Lead the load to `load`, from the frame before `frame` on, unless `load` is its target already."""
     if load != curve[2]:
         w, w1, w2 = values_at(curve, frame - 1.0, rate)
         join(curve, powers, rate, frame - 1.0, w, w1, w2, load, 0.0, LOAD_DECAY)
@@ -141,7 +140,7 @@ def _go_to(
     hand: Array, curve: Array, powers: Array, track: Array, rate: float,
     time: float, position: float, late: float, silent: bool,
 ) -> bool:  # fmt: skip
-    """Lead the position to an update's position, which was true `late` s ago; return whether it is a jump."""
+    """Lead the position to an update's position, which the hand had `late` s ago; return whether it is a jump."""
     before = hand[FRAME] - 1.0
     x, v, a = values_at(curve, before, rate)
     slope = slope_with(track, time, position)
@@ -206,7 +205,7 @@ def release_hand(state: Array, rate: float, lowest: float) -> None:
 
 @signed_kernel("void(f8[::1], f8, f8, f8[:,::1], f8[::1])", fused=False)
 def fill_motion(state: Array, rate: float, lowest: float, samples: Array, position: Array) -> None:
-    """Write the next frames; glide to a stop where the horizon lies within them."""
+    """Write the next frames. If the horizon is within them, the position glides to a stop from there."""
     hand, place, load_curve, powers, load_powers, _track = parts_of(state)
     frames, first, done = len(position), hand[FRAME], 0
     while done < frames:

@@ -1,9 +1,9 @@
 """Expected position of a hand, from updates that are late, sparse, jittered or rounded.
 
-Model   An update with time t arrives at now = frame / rate. The offset of the clocks is the smallest of the last KEPT
-        values of now - t, and the lateness of an update is its own now - t minus that offset. Its position p is
-        extrapolated from its time at the slope u of a least-squares line through the updates of the last WINDOW
-        seconds: p + u (late + s). The interval of updates is the median of the last PACED intervals.
+Model   An update with time t arrives at now = frame / rate. The offset of the clocks follows the smallest of the last
+        KEPT values of now - t. The lateness of an update is its own now - t minus that offset. Its position p is
+        extrapolated at the slope u of a least-squares line through the updates of the last WINDOW seconds: s seconds
+        after its arrival it is p + u (late + s). The interval of updates is the median of the last PACED intervals.
 Source  The design's live protocol; docs/live-motion.md has the measurements behind each constant.
 Limits  A clock that drifts by more than CREEP is followed with a lag. Positions are of one finger on one line.
 """
@@ -26,9 +26,9 @@ FIRST_INTERVAL = 1.0 / 60.0  # s, assumed interval until two updates are known; 
 
 CREEP = 2e-3  # s per second by which later arrivals move the clock: drift is 1e-4; more is heard as a change of pitch
 RETURN = 0.02  # the same for earlier arrivals: 2 % error of pitch at most; less: late for longer at the beginning
-HASTE, HURRY = 0.05, 0.01  # s per second for either where the difference exceeds HURRY s: the network path has changed
+HASTE, HURRY = 0.05, 0.01  # s per second in place of both if the difference exceeds HURRY s: the network path changed
 OTHER_CLOCK = 0.1  # s, difference that is adopted at once: a client has restarted, or a stream runs ahead
-LATEST = 0.05  # s, longest extrapolation for lateness; more: an error of the clocks throws the finger off
+LATEST = 0.05  # s, longest extrapolation for lateness; more: an error of the clocks moves the finger far off
 FASTEST = 10.0  # m/s: the end of the protocol's range
 
 TIME, CLOCK, ARRIVALS, PLACES, INTERVALS, INTERVAL, SLOPE = range(7)
@@ -89,7 +89,7 @@ def _pace(track: Array, passed: float) -> None:
 
 @unfused
 def _median(values: Array, count: int) -> float:
-    """Return the median of the first `count` values, the upper one of two, by comparing each of the few with all."""
+    """Return the median of the first `count` values, or the upper of the middle two. Values are few: no sorting."""
     for i in range(count):
         smaller, equal = 0, 0
         for j in range(count):
@@ -102,7 +102,7 @@ def _median(values: Array, count: int) -> float:
 
 @unfused
 def slope_with(track: Array, time: float, position: float) -> float:
-    """Return the speed (m/s) from the known positions and this one, and keep this one."""
+    """Return the speed (m/s) from the known positions and this one, and record this one."""
     times, positions, known = track[TIMES:POSITIONS], track[POSITIONS:ENTRIES], int(track[PLACES])
     n, t_sum, p_sum, tt, tp, span = 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for back in range(1, min(known, POINTS - 1) + 1):
@@ -119,5 +119,5 @@ def slope_with(track: Array, time: float, position: float) -> float:
 
 @signed_kernel("void(f8[::1], f8)", fused=False)
 def begin_anew(track: Array, slope: float) -> None:
-    """Discard the positions: the finger is elsewhere, and moves at `slope` (m/s) as far as known."""
+    """Discard the positions, which are of another place. `slope` (m/s) is the speed until it is known again."""
     track[PLACES], track[SLOPE] = 0.0, slope

@@ -55,7 +55,7 @@ def _pen(f: Array) -> Array:
 
 
 THRESHOLDS: Mapping[str, Levels] = {"fingertip": _fingertip, "probe": _probe, "pen": _pen}
-"""Functions from frequency (Hz) to dB re 1 um, by name. CONTRIBUTING.md lists where the name of another one goes."""
+"""Functions from frequency (Hz) to dB re 1 um, by name. CONTRIBUTING.md lists where a new name must be added."""
 
 
 def threshold_displacement(frequency_hz: Array, name: str = DEFAULT) -> Array:
@@ -74,8 +74,8 @@ def imperceptible_tolerance(frequencies_hz: Array, order: int, extent: float, na
     order: order of the time derivative.
     extent: peak-to-peak of the quantity, SI.
 
-    An error within a bound contains no sinusoid larger than LARGEST_LINE times the bound. The bound is chosen so that
-    such a sinusoid is MARGIN_DB below the threshold at the worst of these frequencies.
+    An error within a bound contains no sinusoid larger than LARGEST_LINE times the bound. The tolerance is the bound at
+    which such a sinusoid is MARGIN_DB below the threshold at the worst of these frequencies, relative to the extent.
     """
     felt = threshold_displacement(frequencies_hz, name) * (2.0 * math.pi * frequencies_hz) ** order
     return 10.0 ** (-MARGIN_DB / 20.0) / LARGEST_LINE * float(np.min(felt)) / extent if extent > 0.0 else math.inf

@@ -1,16 +1,15 @@
 """The catalogue: named textures, each number with its source, and the scan in which a person feels them.
 
-Model   A group is a TOML file in the folder `textures` beside this file: its first key `group` is the title, and each
-        table is an entry. To add an entry or a group, write it there. An entry has a title, a kind, the fields of its
-        texture, and where the everyday scan differs from EVERYDAY also speed and load. Each of these numbers is a pair
-        [value, source]. A source begins with how far to trust it (TRUST).
-        A name stands for its texture alone, in a scene as the value of `texture.kind` and on the command line in place
-        of a file. `CatalogueEntry.everyday` is a whole scene: a fingertip that scans the texture as EVERYDAY.
-Source  Of EVERYDAY, the scan of the default scene. People scan textures at 10 to 160 mm/s in the experiments of
+Model   A group is a TOML file in the folder `textures` beside this file. Its first key `group` is the title, and each
+        table is an entry. To add an entry or a group, write it there. An entry has a title, a kind and the fields of
+        its texture. It also has speed and load if its everyday scan differs from EVERYDAY. Each number is a pair
+        [value, source]. The first words of a source state how far to trust it (TRUST).
+        A name means its texture alone, in a scene as the value of `texture.kind` and on the command line in place of a
+        file. `CatalogueEntry.everyday` is a whole scene: a fingertip that scans the texture as EVERYDAY.
+Source  EVERYDAY is the scan of the default scene. People scan textures at 10 to 160 mm/s in the experiments of
         Greenspon et al. 2019 (doi 10.1101/680322), and Fagiani & Barbieri 2016, section 2, find 0.05 to 1.8 N useful.
-Limits  No height was measured by this project. A texture varies along the scan only, apart from dots: grains and fibres
-        that lie side by side have equal heights, so such a surface vibrates more here than a real one of the same
-        heights.
+Limits  No height was measured by this project. Apart from dots, a texture varies along the scan only: grains and fibres
+        side by side have equal heights. Such a surface vibrates more here than a real one of the same heights.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ TRUST: Mapping[str, str] = {
     "usual": "general knowledge; not checked against a source",
     "unverified default": "chosen for this catalogue",
 }
-"""How far to trust a number, by the words with which its source begins."""
+"""How far to trust a number, by the first words of its source."""
 
 EVERYDAY: Mapping[str, tuple[str, str]] = {
     "speed": ("80 mm/s", "unverified default: the scan of the default scene"),
@@ -54,7 +53,7 @@ class CatalogueEntry:
     document: a partial scene with the texture section.
     everyday: a scene in which a fingertip scans the texture.
     sources: source of each number, by its field of the scene, such as "texture.period".
-    note: what a person should know who feels it; "" for most.
+    note: what a person who feels the texture should know; "" for most.
     """
 
     name: str
@@ -84,12 +83,12 @@ class CatalogueEntry:
 
 
 def catalogue() -> tuple[CatalogueEntry, ...]:
-    """Return every entry, a group after the other. Each call returns new documents, which a caller may change."""
+    """Return every entry, group by group. Each call returns new documents, which a caller may change."""
     return deepcopy(_entries())
 
 
 def catalogue_names() -> tuple[str, ...]:
-    """Return the name of every entry, a group after the other."""
+    """Return the name of every entry, group by group."""
     return tuple(entry.name for entry in _entries())
 
 
@@ -101,7 +100,7 @@ def catalogue_kinds() -> dict[str, str]:
 def lookup(name: str, others: Sequence[str] = ()) -> CatalogueEntry:
     """Return the entry called `name`. If there is none, raise SceneError with the nearest name.
 
-    others: names that are known beside the catalogue, for that error.
+    others: further known names, among which the error also looks for the nearest.
     """
     for entry in _entries():
         if entry.name == name:

@@ -1,7 +1,7 @@
-"""Find values that are allowed in a scene but unusual: a length, a load or a speed that no finger has.
+"""Find values that a scene allows but that are unusual: a length, a load or a speed beyond those of fingers.
 
 Stage: 1 (SCENE). `Quantity.usual` is the largest usual magnitude of a field. The field's range is wider, because a
-    machine can exceed what a finger does.
+    machine can exceed the values of a finger.
 Model: a number without a unit is in SI units. Users who think in millimetres write 0.6 where they mean 0.6 mm. An
     unusual value causes a warning that proposes the value that was probably meant.
 """
@@ -19,7 +19,7 @@ from synth.scene.texture_registry import kinds
 
 
 def doubts(scene: Scene) -> tuple[str, ...]:
-    """Return a warning for each value of `scene` that is unusual. The period of a profile follows from others."""
+    """Return a warning for each value of `scene` that is unusual, except a period that follows from other fields."""
     own = kinds()[scene.texture.kind].names
     return tuple(
         f"{'.'.join(path)} is {value:g} {rule.unit}, and more than {rule.show(rule.usual)} is unusual. A number "

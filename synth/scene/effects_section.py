@@ -1,9 +1,9 @@
 """The `effects` of a scene: which physical causes beyond the contact are simulated, and with what settings.
 
 Stage   1 (SCENE): a scene names effects and gives their settings. Later stages simulate them (`effect`).
-Model   Each module of `synth/effects`, except the interface, is one effect. The effect has the module's name and is
-        the module's EFFECT. To add an effect, add a file there; nothing else has to change. Listing the names imports
-        no effect, and only effects that a scene names are imported.
+Model   Each module of `synth/effects`, except the interface, declares one effect as EFFECT, under the module's name. To
+        add an effect, add a file there; nothing else has to change. Only the effects that a scene names are imported;
+        listing the names imports none.
         null or absent: the effect is not simulated.
         An object: the effect is simulated with these settings, which are read as the section that it declares.
         "auto": the effect is simulated where it changes the output by more than the tolerance.
@@ -39,12 +39,12 @@ class Declaration(Protocol):
 
     name: name of its module.
     summary: one sentence on what it simulates.
-    settings: the section that its settings are read as.
+    settings: type of section as which its settings are read.
     replaces: the part of the model that it replaces, in words, or "". Two effects cannot replace the same part.
     without_auto: why "auto" makes no sense for it, or "".
     lowest_load: smallest load that a scene with it can have, N. It is 0 unless the effect holds a finger that pulls.
-    fingers: kinds of finger that it can have (`finger.kind`).
-    areas: whether the texture may have heights over an area.
+    fingers: kinds of finger that it supports (`finger.kind`).
+    areas: whether it supports textures with heights over an area.
     units: SI unit of each quantity that it adds.
     """
 
@@ -62,7 +62,7 @@ class Declaration(Protocol):
         """Return the number of channels that it adds."""
 
     def clash(self, settings: Any, others: Mapping[str, Any]) -> tuple[str, str] | None:
-        """Return what is allowed and what to write instead, or None if the settings go with the other effects."""
+        """Return what is allowed and what to write instead, or None if the other effects allow these settings."""
 
 
 @cache
@@ -172,7 +172,7 @@ def needs_of(effect: Declaration) -> dict[str, list[str]]:
 
 
 def misplaced(effects: Mapping[str, Any], finger: str, texture: str, *, of_area: bool) -> Iterator[Refusal]:
-    """Yield a refusal of a scene for each of `effects`, as written, that its kind of finger or texture cannot have."""
+    """Yield a refusal for each of `effects`, as written, that does not support this kind of finger or texture."""
     for name, settings in effects.items():
         if settings is None or name not in effect_names():
             continue

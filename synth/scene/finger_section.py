@@ -1,12 +1,12 @@
 """The finger section of a scene: which finger, its ridges, its shape and its elasticity.
 
 Stage: 1 (SCENE). Every field is declared once: its type with its rule, its default in SI, and a sentence on its
-    meaning. A field that only some kinds of finger have is None for the others, and is refused if they give it.
+    meaning. A kind of finger refuses the fields of other kinds, which are then None.
 Model: `comb` is the finger of Fagiani & Barbieri 2016: equal straight ridges over a length with hard ends. `fingertip`
     is an area of curved, unequal ridges on a round finger (`contact.fingertip`). `probe` is a smooth round tip, such as
     that of a stylus. Eq. 3 converts a roughness Ra to an amplitude. After reading, a scene holds only the amplitude.
-Source: the mean ridge period of a fingertip, 0.46 mm, is general knowledge (0.4 to 0.5 mm); heights of 0.05 to 0.15 mm
-    from valley to crest too. The spreads and the tip radius are unverified defaults. 3 GPa is that of acrylic glass.
+Source: the mean ridge period of a fingertip, 0.46 mm (0.4 to 0.5 mm), and heights of 0.05 to 0.15 mm from valley to
+    crest are general knowledge. The spreads and the tip radius are unverified defaults. 3 GPa is that of acrylic glass.
 """
 
 from __future__ import annotations
@@ -139,7 +139,7 @@ class Finger(Section):
         return {} if len(owners) == len(FIELDS) else {"finger.kind": owners}
 
     def derived(self) -> Fields:
-        """Return the amplitude if a roughness was given; a probe has no ridges, and touches within its radius."""
+        """Return the amplitude if a roughness was given. A probe has no ridges, and a contact as long as its radius."""
         if self.kind == "probe":
             return {"ridge_amplitude": 0.0, "contact_length": self.tip_radius}
         return {} if self.roughness is None else {"ridge_amplitude": amplitude_of(self.roughness), "roughness": None}
@@ -150,7 +150,7 @@ class Finger(Section):
         return self.contact_length if self.contact_width is None else self.contact_width
 
     def document(self) -> dict[str, Any]:
-        """Return the section with the fields of its kind, without the kind of a comb and without what is not given."""
+        """Return the fields of its kind, without the kind "comb", the roughness, or a stiffness or width of None."""
         gone = [field for field in type(self).model_fields if field not in FIELDS[self.kind]]
         gone += ["roughness", *(name for name in ("stiffness", "contact_width") if getattr(self, name) is None)]
         return without(super().document(), *gone, *(("kind",) if self.kind == "comb" else ()))

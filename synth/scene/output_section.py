@@ -2,7 +2,7 @@
 
 Stage: 1 (SCENE). Every field is declared once: its type with its rule, its default in SI, and a sentence on its
 meaning.
-Limits: the project's design fixes the ranges of rates, durations and tolerances. The ranges of full scales are derived
+Limits: the ranges of rates, durations and tolerances are from the project's design. Those of full scales are derived
 below.
 """
 
@@ -46,7 +46,7 @@ any allowed full scale, the largest motion of any scene divided by it still fits
 
 DEFAULT_BANDWIDTH = 1000.0
 """Hz. Skin feels nothing above this frequency (google/audio-to-tactile, its documentation). A wider band costs more,
-and most of the size of an acceleration would then be above the frequencies that are felt."""
+and most of an acceleration would then be at frequencies that are not felt."""
 
 FULL_BAND = "full"
 """The bandwidth that only the sample rate limits."""
@@ -82,7 +82,7 @@ class FullScale(Rule):
         return {"anyOf": [numbers, *texts]}
 
     def read_in(self, value: object, found: ValidationInfo) -> float:
-        """Return the value in SI, read as the quantity of the same section. That field is declared before this one."""
+        """Return the value in SI, read as the section's quantity. That field is declared, and read, before this one."""
         return self.read(value, found.data.get("quantity"))
 
 

@@ -2,16 +2,16 @@
 
 Stage   1 (SCENE), for trajectories only.
 Model   Points that are nearly simultaneous do not define a speed: 50 um within 10 us are 5 m/s. A tracker's clock can
-        give such times. Two points are too close if the interval between them is shorter than the gap: half the mean
-        interval of the points within AROUND on either side. If there are fewer than SEVERAL such points, the gap is
-        LEAST_GAP.
+        give such times. Two points are too close if the interval between them is shorter than the gap. The gap is half
+        the mean interval of the points within AROUND on either side, or LEAST_GAP if there are fewer than SEVERAL such
+        points.
         Position: a run of points that are too close counts as one point, at the mean of their times and positions.
-        Load: every point counts, because a step of the load is written with two points. The times are moved apart to
-        those times that are nearest to the recorded ones (least squares) and keep the gaps.
+        Load: every point counts, because a step of the load is written with two points. The times are moved apart until
+        no interval is shorter than its gap, but stay as near as possible to the recorded times (least squares).
 Source  The least-squares times are an isotonic regression of t_i - (sum of the gaps before i). AROUND, SEVERAL and
         LEAST_GAP are unverified defaults.
-Limits  No position moves by more than its run covers. No time of a load moves by more than AROUND / 2; the times of a
-        pair move by half a gap at most. A recording with even times is never changed.
+Limits  No position moves by more than the extent of its run. No time of a load moves by more than AROUND / 2; the times
+        of a pair move by half a gap at most. A recording with even times is never changed.
 """
 
 from __future__ import annotations

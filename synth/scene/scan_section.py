@@ -2,15 +2,15 @@
 
 Stage: 1 (SCENE).
 Model of the stroke: the finger starts at rest at position 0, accelerates to `speed`, cruises, turns at `length`, comes
-back, turns at 0, and so on. A turn lasts `turn_time`. In a turn the velocity goes from u to -u as u (1 - 2 S(s)), where
-s runs from 0 to 1 and S(s) = 3 s^2 - 2 s^3. Position, velocity and acceleration are therefore continuous; the
-acceleration peaks at 3 u / turn_time. Each half of a turn covers (5/16) u turn_time. Frame 0 is in the middle of a
+back, turns at 0, and so on. A turn lasts `turn_time`. In a turn the velocity changes from u to -u as u (1 - 2 S(s)),
+where s increases from 0 to 1 and S(s) = 3 s^2 - 2 s^3. Position, velocity and acceleration are therefore continuous.
+The acceleration peaks at 3 u / turn_time. Each half of a turn covers (5/16) u turn_time. Frame 0 is in the middle of a
 turn.
-Model of the line: over an area, the surface moves along a line at the angle `heading` from its x axis, under the middle
-of a finger at `y` whose length is turned by `direction`. A recording may give the place and the direction of the finger
-at each point instead.
+Model of the line: over an area, the surface moves along a line at the angle `heading` from its x axis. The middle of
+the finger is at `y`, and its length is turned by `direction`. Instead, a recording may give the place and the direction
+of the finger at each point.
 Limits: a stroke must have room for its turns. Recorded points must be at least 1 us apart, and the speed between them
-must be 10 m/s at most. `point_spacing` then merges or moves apart the points that are too close for a tracker.
+must be 10 m/s at most. `point_spacing` then merges or moves apart points that are too close in time.
 """
 
 from __future__ import annotations

@@ -44,7 +44,7 @@ class Scene(Section):
 
     @classmethod
     def conflicts(cls, given: Fields) -> list[Refusal]:
-        """Refuse what needs another kind of texture or finger: a probe, a scan over an area, effects of the comb."""
+        """Refuse a probe, a scan over an area, or effects that need another kind of texture or finger."""
         finger, texture = _kind(given, "finger", "comb"), _kind(given, "texture", DEFAULT)
         effects = given.get("effects")
         texture = catalogue_kinds().get(texture, texture)
@@ -83,7 +83,7 @@ def _written(given: Fields, section: str) -> Mapping[str, Any]:
 
 Document = Mapping[str, Any]
 SceneLike = Scene | Mapping[str, Any] | str | os.PathLike[str]
-LARGEST_BYTES = 64 * 2**20  # a day-long trajectory at 10 Hz is 40 MB of text; a larger file is not a scene
+LARGEST_BYTES = 64 * 2**20  # a trajectory of one day at 10 Hz is 40 MB of text; a larger file is not a scene
 
 
 def scene_from(source: SceneLike) -> Scene:
@@ -103,7 +103,7 @@ def scene_from(source: SceneLike) -> Scene:
 def document_of(source: str | os.PathLike[str], named: Callable[[str], Document] | None = None) -> dict[str, object]:
     """Return the JSON object of a file, or the document of a texture's name. Raises SceneError, OSError.
 
-    named: returns the document of a name, or raises SceneError; None knows the catalogue.
+    named: returns the document of a name, or raises SceneError; None looks the name up in the catalogue.
 
     A string is a catalogue name if the catalogue has it. It is also treated as a name if it contains no folder, does
     not end in .json, and no such file exists.

@@ -1,7 +1,7 @@
-"""A section of a scene: an object of named fields, and how it is read, written and described.
+"""A section of a scene: an object of named fields, which can be read, written and described.
 
-Stage: 1 (SCENE). A section declares each field once: its type with its rule, a default and a sentence. Validation, JSON
-Schema and the check of docs/scene.md use this declaration.
+Stage: 1 (SCENE). A section declares each field once: its type with its rule, a default and a description. Validation,
+JSON Schema and the check of docs/scene.md use this declaration.
 Model: `Section` collects the refusals of single fields and of combinations of fields, so that one answer lists every
 fault.
 """
@@ -46,7 +46,7 @@ class Section(BaseModel):
         return {}
 
     def document(self) -> dict[str, Any]:
-        """Return the section as JSON values in SI. It reads back to equal values."""
+        """Return the section as JSON values in SI, from which an equal section can be read."""
         return {name: plain(getattr(self, name)) for name in type(self).model_fields}
 
     @classmethod
@@ -56,7 +56,7 @@ class Section(BaseModel):
             return cls.model_fields[name].default
         try:
             return rule_of(cls, name).read(given[name])
-        except (PydanticCustomError, ValidationError):  # a list raises ValidationError, which names several items
+        except (PydanticCustomError, ValidationError):  # ValidationError is from a list, for several items
             return None
 
     @model_validator(mode="wrap")

@@ -1,8 +1,8 @@
 """Read one JSON object from text, strictly.
 
 Stage: 1 (SCENE). Also used wherever a partial scene is read as text.
-Limits: the text is UTF-8, with or without a byte order mark. NaN and Infinity are read as numbers and later refused by
-their fields, whose error is more useful than a position in the text.
+Limits: the text is UTF-8, with or without a byte order mark. NaN and Infinity are read as numbers. Their fields refuse
+them later, with an error that is more useful than a position in the text.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ WANTED = "one JSON object"
 
 
 class _Repeated(dict[str, object]):
-    """An object in which fields are written more than once. `repeated` has their names."""
+    """An object in which fields are written more than once. `repeated` lists their names."""
 
     repeated: tuple[str, ...] = ()
 
@@ -27,8 +27,8 @@ class _Repeated(dict[str, object]):
 def object_from_text(text: str | bytes) -> dict[str, object]:
     """Return the object that `text` holds.
 
-    Raises SceneError if the text is not exactly one JSON object, or if fields are written twice (with the pointer of
-    each).
+    Raises SceneError if the text is not exactly one JSON object, or if fields are written twice. It lists the pointer
+    of each of these fields.
     """
     decoded = _decoded(text)
     if not decoded.strip():

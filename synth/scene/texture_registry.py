@@ -1,8 +1,8 @@
 """The registry of texture kinds: their names and declarations.
 
 Stage   1 (SCENE): a scene names a kind and sets its fields. A later stage makes the heights (`surfaces`).
-Model   A kind is a file of `synth/surfaces` with its declaration as KIND. The registry finds the file. The declaration
-        contains the name and the fields of the kind. To add a kind, nothing else has to change.
+Model   A kind is a file of `synth/surfaces` with a declaration KIND, which contains the kind's name and fields. The
+        registry finds these files. To add a kind, add a file there; nothing else has to change.
 Limits  Kinds can share the name of a field only if they share its rule. These are the fields in SHARED.
 """
 
@@ -34,8 +34,8 @@ has."""
 
 
 STEEPEST = 20.0
-"""Largest slope of a surface (87 degrees). A steeper wall is a step, which the points of a period cannot represent, or
-a mistake."""
+"""Largest slope of a surface (87 degrees). A steeper wall is a mistake, or a step, which the points of a period cannot
+represent."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class Kind:
 
     name: value of `texture.kind`.
     fields: section with the fields that only this kind has.
-    make: returns the profile for valid values, by name. A field that is not given has its default.
+    make: returns the profile of valid values, which it gets by name. A field that is not given has its default.
     shared: the fields of SHARED that the kind has; `amplitude` is that of one cosine, not a height of another kind.
     defaults: defaults of shared fields that differ from the usual ones.
     steep: field that is refused if the surface is too steep or too high, or "" if every surface is allowed.
@@ -82,7 +82,7 @@ def kinds() -> Mapping[str, Kind]:
 
 
 def default_textures() -> list[dict[str, dict[str, Any]]]:
-    """Return the texture of each kind without fields, as partial scenes; a kind of a measured surface has none."""
+    """Return the default texture of each kind as a partial scene. Kinds of measured surfaces have none."""
     return [{"texture": {"kind": name}} for name, kind in kinds().items() if "surface" not in kind.shared]
 
 

@@ -1,7 +1,7 @@
 """SURFACES: finger and texture as height profiles, one file per kind of texture. `profile` is their common interface.
 
 Stage   SURFACES: between SCENE and the contact. The contact reads heights from a profile and never depends on its kind.
-Model   h_texture(x - p) - h_finger(x) replaces the two cosines of eq. 2; theta = p / period, in turns.
+Model   h_texture(x - p) - h_finger(x) replaces the two cosines of eq. 2. The phase is theta = p / period, in turns.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@ Stage   SURFACES.
 Model   A dot is round, with a flat top: h = H up to the radius of the top, and from there half a cosine down to 0 at
         the radius of the dot. H below 0 makes a dimple. Dots stand `period` apart along x, in rows `row_distance`
         apart. With `stagger` s, every second row is moved by s periods along x, and the pattern repeats after two rows.
-Source  The form of the flank is a choice. Braille dots are higher than any texture here (about 0.5 mm) and 2.3 to 2.5
-        mm apart; experiments on roughness use dots of 0.3 to 0.7 mm, 1 to 6 mm apart (Connor et al., 1990).
+Source  The form of the flank is a choice. Braille dots are about 0.5 mm high and 2.3 to 2.5 mm apart. Experiments on
+        roughness use dots of 0.3 to 0.7 mm, 1 to 6 mm apart (Connor et al., 1990).
 Limits  Dots do not overlap.
 """
 
@@ -27,7 +27,7 @@ from synth.scene.texture_registry import Kind
 from synth.surfaces.height_field import HeightField
 from synth.surfaces.profile import Array, Bounds
 
-RINGS = 4096  # radii over which the flank is integrated: an error of 1e-7 of the mean and the rms values
+RINGS = 4096  # radii over which the flank is integrated; the mean and the rms values have an error of 1e-7
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class Dots(HeightField):
 
     period: along x, m.
     row_distance: across, m.
-    stagger: by which every second row is moved, in periods, 0 to 1.
+    stagger: shift of every second row along x, in periods, 0 to 1.
     height: m; below 0 for dimples.
     diameter, top: of the dot and of its flat top, m.
     phase: rad.
@@ -59,7 +59,7 @@ class Dots(HeightField):
 
     @property
     def rows(self) -> int:
-        """Rows of a period across: one, or two where every second row is moved."""
+        """Number of rows in a period across: two if every second row is moved, else one."""
         return 2 if self.stagger % 1.0 else 1
 
     @property
@@ -71,7 +71,7 @@ class Dots(HeightField):
         """Return the heights (m) at every pair of `x` and `y` (m)."""
         nearest = np.round(np.asarray(y) / self.row_distance)
         found = np.full((len(y), len(x)), -self._mean)
-        for row in (nearest - 1.0, nearest, nearest + 1.0):  # a dot may reach past the middle between rows
+        for row in (nearest - 1.0, nearest, nearest + 1.0):  # a dot may reach over half of the distance between rows
             from_row = np.abs(y - row * self.row_distance)
             near = np.flatnonzero(from_row < 0.5 * self.diameter)
             moved = np.where(row[near] % 2.0, self.stagger, 0.0)[:, np.newaxis] if self.rows == 2 else 0.0

@@ -3,10 +3,10 @@
 Stage   SURFACES.
 Model   h(x) = sum over n of A_n cos(2 pi n x / period + p_n), n = 1 ... N.
         With up to DIRECT orders the sum is computed at every place. With more, an FFT makes a table of 16 heights per
-        shortest wave, and a height is read from it through the polynomial of the 8 nearest entries.
-Source  Rq and rms slope: Parseval. Bounds: a trigonometric polynomial of order N is nowhere larger than its largest
-        value at M equal places divided by cos(pi N / M) (Ehlich & Zeller 1964).
-Limits  The table's error is at most 3e-9 of the shortest waves' amplitude. The bounds are up to 1 % too wide.
+        shortest wave. A height is interpolated from the 8 nearest entries of the table by their polynomial.
+Source  Rq and rms slope: Parseval. Bounds: a trigonometric polynomial of order N is sampled at M equal places. It
+        exceeds its largest sample by at most the factor 1 / cos(pi N / M) (Ehlich & Zeller 1964).
+Limits  The table's error is at most 6e-7 of the shortest waves' amplitude. The bounds are up to 1 % too wide.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ import numpy as np
 from synth.surfaces.profile import Array, Bounds, Profile, turns_of
 
 DIRECT = 64  # orders; longer sums cost more than reading a table, and shorter ones need no table
-TABLE = 16  # heights per shortest wave: with 8 points the error is (2 pi / TABLE)^8 / 936; half as many: 2^8 times that
-FINE = 32  # places per shortest wave at which the bounds are measured; fewer widen them, by 5 % at 10
-LEAST_FINE = 4096  # least number of such places per period: the bounds of one cosine are then 3e-7 too wide
-NODES = np.arange(-3, 5)  # table entries of the polynomial, about the place
+TABLE = 16  # heights per shortest wave; from 8 points the error is (2 pi / TABLE)^8 / 936; half as many: 2^8 times that
+FINE = 32  # places per shortest wave at which the bounds are measured; with 10 the bounds are 5 % too wide
+LEAST_FINE = 4096  # smallest number of such places per period; the bounds of one cosine are then 3e-7 too wide
+NODES = np.arange(-3, 5)  # the interpolated table entries, relative to the entry before the place
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,7 @@ class FourierProfile(Profile):
         return np.asarray(amplitudes * np.exp(1j * phases))
 
     def _sampled(self, points: int, derivative: int = 0) -> Array:
-        """Return a derivative with respect to the angle (m per rad), at `points` equal places of a period."""
+        """Return a derivative by the angle (m per rad^derivative), at `points` equal places of a period."""
         lines = np.zeros(points // 2 + 1, complex)
         numbers = np.arange(1, len(self._coefficients) + 1)
         lines[1 : len(self._coefficients) + 1] = self._coefficients * (1j * numbers) ** derivative * (0.5 * points)

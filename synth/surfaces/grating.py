@@ -1,9 +1,10 @@
 """The kind `grating`: straight ridges with a flat top, machined, etched or printed.
 
 Stage   SURFACES.
-Model   At phase 0 a ridge is centred on x = 0. At half height it is duty x period wide. A flank is either straight and
-        `ramp` wide (a trapezoid), or consists of two arcs of radius r = `edge_radius` that meet at half height, convex
-        above and concave below. Two arcs are 2 sqrt(r height - height^2 / 4) wide, and the profile has no corners.
+Model   At phase 0 a ridge is centred on x = 0. At half height it is duty x period wide. There are two forms of flank:
+        - A straight flank is `ramp` wide; the ridge is a trapezoid.
+        - A round flank consists of two arcs of radius r = `edge_radius` that meet at half height, convex above and
+          concave below. It is 2 sqrt(r height - height^2 / 4) wide, and the profile has no corners.
 Source  Geometry. The mean line of either form is height (duty - 1/2) above half height.
 Limits  A wall steeper than the slope limit of `texture_section` is refused, so each place has one height.
 """
@@ -26,7 +27,7 @@ from synth.scene.texture_registry import Kind
 from synth.surfaces.profile import NO_CORNERS, Array, Bounds, Profile, places_of, turns_of
 
 USUAL_RAMP = 0.25  # default ramp, relative to the narrower of top and groove at half height; a choice
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)  # over an arc's angle: Rq to 1e-14
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)  # over an arc's angle; the error of Rq is 1e-14
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ class Grating(Profile):
 
     @property
     def bounds(self) -> Bounds:
-        """Exact bounds. At half height flanks are steepest and arcs most curved; a ramp has corners."""
+        """Exact bounds. Arcs are steepest and most curved at half height. A ramp has corners: infinite curvature."""
         slope, bend = 0.0, 0.0
         if self.height and self.ramp is not None:
             slope, bend = self.height / self.ramp, math.inf
@@ -108,7 +109,7 @@ class Grating(Profile):
             angles, widths = 0.5 * steepest * (1.0 + _NODES), 0.5 * steepest * _WEIGHTS
             above = 0.5 * self.height - 2.0 * self.radius * np.sin(0.5 * angles) ** 2
             square = 2.0 * self.radius * float(np.sum(widths * np.cos(angles) * above**2))
-            if steepest < 1.0:  # rad: the closed form loses digits below it, the quadrature above it
+            if steepest < 1.0:  # rad: for smaller angles the closed form loses digits, for larger ones the quadrature
                 slope = 2.0 * self.radius * float(np.sum(widths * np.sin(angles) ** 2 / np.cos(angles)))
             else:
                 slope = 2.0 * self.radius * (math.atanh(math.sin(steepest)) - math.sin(steepest))

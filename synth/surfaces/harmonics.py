@@ -24,7 +24,7 @@ from synth.scene.texture_registry import Kind
 from synth.surfaces.fourier import FourierProfile
 from synth.surfaces.profile import Array, Cosine
 
-MOST_ORDERS = 64  # the most that a live voice's table holds; for more use `rough` or `profile`
+MOST_ORDERS = 64  # the largest number of orders in a live voice's table; for more, use `rough` or `profile`
 LARGEST_SUM = 1e-3  # m: the largest permitted amplitude of a texture
 
 

@@ -2,8 +2,8 @@
 
 Stage   SURFACES.
 Model   h(x, y) is in metres, positive towards the finger, with mean 0 over a period of both directions. x is along the
-        scan and y across it. A scene's `phase` shifts x, as for a profile. As a profile, a height field is its line
-        y = 0; its bounds, Rq and rms slope are those of the whole area.
+        scan and y across it. A scene's `phase` shifts x, as for a profile. Where a profile is required, a height field
+        gives the heights of its line y = 0, but bounds, Rq and rms slope of the whole area.
 Limits  Periodic in x and y.
 """
 
@@ -18,7 +18,7 @@ from synth.surfaces.profile import Array, Profile
 
 Floats = np.ndarray[Any, np.dtype[np.float32]]
 
-ROWS_TOGETHER = 1 << 20  # heights that are computed together: 8 MB
+ROWS_TOGETHER = 1 << 20  # heights that are computed at a time: 8 MB
 
 
 class HeightField(Profile):

@@ -1,6 +1,6 @@
 """The kind `heightmap`: heights over an area, imported or written in the scene.
 
-Stage   SURFACES: the declaration of the kind; `measured_area` has the heights.
+Stage   SURFACES. This module declares the kind; `measured_area` computes its heights.
 Model   A scene holds up to MOST_INLINE heights itself, as rows along the scan, or the address of an imported surface.
 Limits  MOST_POINTS heights.
 """
@@ -98,7 +98,7 @@ def _made(values: Mapping[str, Any]) -> MeasuredArea:
 
 @lru_cache(maxsize=CACHED)
 def _area(data: SurfaceData, ends: str, phase: float) -> MeasuredArea:
-    """Return the surface. The last few are kept with their bounds and Rq, which take 40 ns a height."""
+    """Return the surface. The last few are cached with their bounds and Rq, which take 40 ns per height."""
     return MeasuredArea(data, ends, phase)
 
 

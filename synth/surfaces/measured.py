@@ -1,16 +1,17 @@
 """The kind `profile`: heights along a line, measured or computed elsewhere.
 
 Stage   SURFACES.
-Model   The heights are at equal distances `spacing`, with straight lines between neighbours. `ends` states how the line
-        goes on. "join": from the last height a straight line leads back to the first; the period is their number times
-        the spacing. "mirror": at both ends the surface goes on as its mirror image, so it has neither step nor end; the
-        period is twice its length. At phase 0 the first height is at x = 0.
-        The heights are listed, or named by their content (`surface_data`), or in a local file, which the command line
-        and Python read, but a service does not. `.npy`: one array of one dimension, any real numbers. `.csv`, `.txt`:
-        one number per line. Heights in m.
+Model   The heights are at equal distances `spacing`, with straight lines between neighbours. At phase 0 the first
+        height is at x = 0. `ends` states how the surface continues beyond its ends:
+        join    A straight line connects the last height to the first. The period is the number of heights times
+                the spacing.
+        mirror  The surface continues as its mirror image, without a step. The period is twice its length.
+        The heights are listed, named by their content (`surface_data`), or in a local file. The command line and
+        Python read such a file; a service does not. `.npy`: one array of one dimension, any real numbers. `.csv`,
+        `.txt`: one number per line. Heights in m.
 Source  The heights are given; straight lines between them are a choice.
 Limits  The mean line is subtracted. The shape between two heights is unknown, so a shape that matters needs several
-        points. The corners between the straight lines are heard where the band reaches them.
+        points. The corners between the straight lines are heard if the band is wide enough.
         A scene's document holds up to 65,536 heights itself. More heights, up to 2,000,000 and 10 m, are named by their
         content, as float32. Such a scene can be read only where these heights are known, or their file exists.
 """
@@ -42,7 +43,7 @@ from synth.surfaces.surface_data import SurfaceData, remember, surface_at
 LARGEST_HEIGHT = 0.01  # m above or below the zero of the instrument; the profile itself is 2 mm high at most
 MOST_INLINE = 65_536  # heights in a scene: 1.4 MB of text; a larger document is unwieldy to send
 MOST_HEIGHTS = 2_000_000  # of a surface: 10 m at 5 um; memory and set-up grow with their number
-LONGEST = 10.0  # m of heights: solvers hold the whole surface, 32 MB a metre at 5 um and both its ends mirrored
+LONGEST = 10.0  # m; solvers hold the whole surface in memory, 32 MB per metre at 5 um with mirrored ends
 LARGEST_FILE = 64 * 2**20  # bytes: two million heights as text are 50 MB
 MIRROR = "mirror"
 FORMS = "a file of this machine: .npy of one dimension, or .csv or .txt with one number a line, in m"
@@ -94,7 +95,7 @@ class MeasuredProfile(Profile):
 
     @cached_property
     def bounds(self) -> Bounds:
-        """Exact bounds; the curvature is infinite, unless the profile is flat."""
+        """Exact bounds. The curvature is infinite unless the profile is flat."""
         slope = float(np.max(np.abs(self._slopes)))
         return Bounds(float(self.about_mean.min()), float(self.about_mean.max()), slope, math.inf if slope else 0.0)
 
@@ -112,7 +113,7 @@ class MeasuredProfile(Profile):
 
 
 class Heights(tuple[float, ...]):
-    """Heights in m, whose hash is computed only once."""
+    """Heights in m. Their hash is computed only once."""
 
     def __hash__(self) -> int:
         """Return the hash of the values."""
@@ -171,7 +172,7 @@ def _made(values: Mapping[str, Any]) -> MeasuredProfile:
     return _of_surface(values["surface"], values["ends"], values["phase"])
 
 
-@lru_cache(maxsize=4)  # a long surface is made for each check of a scene
+@lru_cache(maxsize=4)  # without it, each check of a scene would make a long surface again
 def _of_surface(address: str, ends: str | None, phase: float) -> MeasuredProfile:
     data = surface_at(address)
     assert data is not None, "the scene was checked where the surface was known"
@@ -196,7 +197,7 @@ def _refusals(values: Mapping[str, Any], given: Fields) -> list[Refusal]:
 
 
 def _surface_refusals(values: Mapping[str, Any], given: Fields) -> list[Refusal]:
-    """Refuse a surface that `surface_refusals` refuses, of too many heights, or of another spacing than is given."""
+    """Refuse what `surface_refusals` refuses, too many heights, and a given spacing that is not the surface's."""
     data = surface_at(values["surface"])
     own = data is None or data.spacing[0] == values["spacing"]
     found = surface_refusals(without(given, "spacing") if own else given, 1)
@@ -250,7 +251,8 @@ def surface_refusals(given: Fields, dimensions: int) -> list[Refusal]:
 def heights_of_file(fields: Mapping[str, Any]) -> dict[str, Any]:
     """Return the `fields` of a texture with `file` replaced by its heights. Raises SceneError and OSError.
 
-    Many heights become a surface that this process knows; `file` then stays, as a note.
+    More than MOST_INLINE heights, or those of a named surface, become a surface that this process knows. `file` then
+    stays, as a note.
     """
     path = fields.get("file")
     if not isinstance(path, str) or not path:
@@ -279,7 +281,7 @@ def _spacing_of(fields: Mapping[str, Any]) -> float:
 
 
 def written(fields: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the document of a texture: that of a surface has the spacing of its heights, and the path of their file.
+    """Return the document of a texture. For a surface read from a file, it has the spacing and the path of the file.
 
     fields: of the texture.
     values: the same fields as numbers in SI units.
@@ -308,7 +310,7 @@ def read_heights(path: Path) -> Array:
             if path.suffix == ".npy":
                 found: np.ndarray[Any, Any] = np.lib.format.open_memmap(
                     path, mode="r"
-                )  # allocates no memory for a false size in the header
+                )  # maps the file, so a false size in the header allocates no memory
             else:
                 found = np.loadtxt(path, ndmin=1, max_rows=MOST_HEIGHTS + 1)
     except (ValueError, EOFError) as error:

@@ -1,10 +1,11 @@
 """Heights over an area, measured or computed elsewhere, as a height field.
 
 Stage   SURFACES.
-Model   The heights stand at equal distances along x and y, and the surface is bilinear between them. Beyond its edges
-        it continues as its own mirror image ("mirror": no steps, and the period is twice the length), or begins again
-        ("join": the last column connects to the first, and the last row too). At phase 0 the first column is at x = 0.
-        y = 0 is in the middle of the map.
+Model   The heights are at equal distances along x and y, with bilinear interpolation between them. `ends` states how
+        the surface continues beyond its edges:
+        mirror  It continues as its mirror image, without a step. The period is twice the length.
+        join    It begins again: the last column connects to the first, and the last row to the first.
+        At phase 0 the first column is at x = 0. y = 0 is in the middle of the map.
 Source  The heights are given; the bilinear surface between them is a choice.
 Limits  The mean is subtracted. The shape between two heights is unknown.
 """
@@ -26,14 +27,14 @@ from synth.surfaces.surface_data import Heights, SurfaceData
 Indices = np.ndarray[Any, np.dtype[np.intp]]
 
 ENDS = ("mirror", "join")
-HEIGHTS_TOGETHER = 1 << 15  # that are summed together: 256 KB
+HEIGHTS_TOGETHER = 1 << 15  # heights that are summed at a time: 256 KB
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredArea(HeightField):
     """A bilinear surface through a map of heights.
 
-    data: heights float32 [rows, columns], two or more of both, and their spacing.
+    data: heights float32 [rows, columns], at least two of each, and their spacing.
     ends: "mirror" or "join".
     phase: rad.
     """
@@ -45,12 +46,12 @@ class MeasuredArea(HeightField):
 
     @property
     def key(self) -> Hashable:
-        """The address of the heights, and what is made of them."""
+        """Everything that decides the heights. The address identifies the map."""
         return self.kind, self.data.address, self.ends, self.phase
 
     @cached_property
     def _orders(self) -> tuple[Indices, Indices]:
-        """The columns and the rows of a period, as numbers of those of the map."""
+        """The indices, in the map, of the columns and the rows of one period."""
         rows, columns = self.data.heights.shape
         if self.ends == "join":
             return np.arange(columns), np.arange(rows)
@@ -90,9 +91,9 @@ class MeasuredArea(HeightField):
         return np.asarray(found)
 
     def _parts(self) -> Iterator[Heights]:
-        """Yield the map in parts of some rows, each beginning with the last row of the one before.
+        """Yield the map in parts of several rows. Each part begins with the last row of the previous part.
 
-        Where the ends join, the first column is also the last one, and the first row too.
+        If the ends join, the first column is repeated after the last, and the first row after the last.
         """
         heights = self.data.heights if self.ends == "mirror" else np.pad(self.data.heights, ((0, 1), (0, 1)), "wrap")
         step = max(1, HEIGHTS_TOGETHER // heights.shape[1])
@@ -120,7 +121,7 @@ class MeasuredArea(HeightField):
 
     @cached_property
     def rms(self) -> tuple[float, float]:
-        """Rq (m) and rms slope along x of the bilinear surface, in closed form: those of its cells."""
+        """Rq (m) and rms slope along x of the bilinear surface, from closed forms for each cell."""
         square = slope = 0.0
         for part in self._parts():
             rows = part.astype(float) - self._mean
@@ -133,7 +134,10 @@ class MeasuredArea(HeightField):
 
 
 def _neighbours(places: Array, spacing: float, order: Indices) -> tuple[Indices, Indices, Array]:
-    """Return the heights before and after each of `places` (m), and the distance from the first in steps."""
+    """Return the indices of the heights before and after each of `places` (m), and the steps from the first.
+
+    order: indices of a period in the map.
+    """
     steps = np.asarray(places / spacing) % len(order)
     before = np.minimum(steps.astype(np.intp), len(order) - 1)
     return order[before], order[(before + 1) % len(order)], steps - before

@@ -5,7 +5,7 @@ Model   h(x) is in metres, positive towards the finger, with mean 0 over a perio
         every kind in the same way: h(x) = base(x + phi period / (2 pi)).
         Each profile has an equivalent sinusoid, with the same Rq (root mean square height) and the same rms slope:
         a = sqrt(2) Rq, lambda = 2 pi Rq / (rms slope). In eqs 4-7, a and lambda replace a2 and lambda2.
-Source  Fagiani & Barbieri (2016), eqs 2-7, cover one cosine; the equivalent sinusoid is this project's choice.
+Source  Fagiani & Barbieri (2016), eqs 2-7, for one cosine. The equivalent sinusoid is this project's choice.
 Limits  Periodic; one line along the direction of scanning.
 """
 
@@ -115,7 +115,7 @@ class Profile(ABC):
         """Rq (m) and the root mean square of the slope, over a period."""
 
     def equivalent(self) -> Cosine:
-        """Return the sinusoid of equal Rq and rms slope; for a flat profile, one of no height and the same period."""
+        """Return the sinusoid of equal Rq and rms slope. For a flat profile it has amplitude 0 and the same period."""
         height, slope = self.rms
         if not height or not slope:
             return Cosine(0.0, self.period)

@@ -1,15 +1,15 @@
 """The ridges of a fingertip: curved, unequal and not quite parallel, from a seed.
 
 Stage   SURFACES.
-Model   h(x, y) = -a (1 + s_h g) cos(2 pi (r + u + v) / period), x along the scan, y across it, both from the middle of
-        the fingertip; 1 + s_h g is not below 0. r is the distance from the core of the print: 8 mm behind the middle
-        for a loop, the middle itself for a whorl. u and v are smooth random displacements. Their rms gradients, along x
-        for u and along y for v, are the spread of the spacing and the spread of the direction (rad). g is a random
-        field of variance 1. Each field is the sum of WAVES plane waves of random direction and phase, drawn in order
-        from PCG64(seed).
+Model   h(x, y) = -a (1 + s_h g) cos(2 pi (r + u + v) / period). x is along the scan and y across it, both from the
+        middle of the fingertip. 1 + s_h g is clipped at 0. r is the distance from the core of the print, which is 8 mm
+        behind the middle for a loop, and the middle itself for a whorl. u and v are smooth random displacements. The
+        rms gradient of u along x is the spread of the spacing; that of v along y is the spread of the direction (rad).
+        g is a random field of variance 1. Each field is the sum of WAVES plane waves of random direction and phase,
+        drawn in order from PCG64(seed).
 Source  Mean period and height: see `finger_section`. The loop's radius, the spreads and the correlation length are
-        unverified defaults. They are chosen so that no grating is commensurate with the whole print: with equal ridges
-        the line at u / lambda2 can be 59 dB below the strongest, with these spreads 5 dB.
+        unverified defaults. They are chosen so that no grating is commensurate with the whole print. With equal ridges
+        the line at u / lambda2 can be 59 dB below the strongest; with these spreads it is 5 dB below.
 Limits  Ridges have no ends and no forks.
 """
 
@@ -24,9 +24,9 @@ from synth.arrays import Array
 
 PATTERNS = ("loop", "whorl", "straight")
 CORE = 8e-3  # m: from the core of a loop to the middle of the fingertip
-CORRELATION = 1.5e-3  # m: wavelength of the random fields; spacing varies over a few ridges
+CORRELATION = 1.5e-3  # m: wavelength of the random fields; the spacing therefore varies over a few ridges
 WAVES = 24  # plane waves of a field; with many fewer the field repeats visibly
-ALONG, ACROSS = 1.0 / 6.0, 1.0 / 3.0  # wave numbers that are smaller: spacing varies slowly along a ridge
+ALONG, ACROSS = 1.0 / 6.0, 1.0 / 3.0  # factors of wave numbers; with them, spacing varies slowly along a ridge
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,8 +6,8 @@ Model   h(x) = sum of A_n cos(2 pi n x / period + p_n) over the orders n whose w
         with Hurst exponent H. A common factor gives exactly the required rms height or rms slope. The phases p_n are
         uniform, drawn in order of n from PCG64(seed), so a change of `shortest` keeps the longer waves.
 Source  Persson et al. 2005 (J. Phys.: Condens. Matter 17, R1): C(q) of a profile falls as q^-(1 + 2H).
-Limits  There is no plateau of the spectrum: waves longer than `longest` are absent. Heights are nearly Gaussian where
-        many orders share the power; with H near 1 the few longest waves have most of it.
+Limits  The spectrum has no plateau: waves longer than `longest` are absent. Heights are nearly Gaussian if many orders
+        share the power. With H near 1 the few longest waves have most of it.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Heights measured or drawn elsewhere, as arrays that scenes name by their content.
 
-Stage   SURFACES. `measured` and `heightmap` make surfaces of them; a reader of files or a store provides them.
+Stage   SURFACES. A reader of files or a store provides the arrays; `measured` and `heightmap` make textures of them.
 Model   The address of a surface is a hash of its heights and spacing, so a scene that names it always means the same
-        surface. A process finds an address among the surfaces that it has read itself, and then in its sources, such
-        as a store.
-Limits  A surface that was read here stays in memory as long as the process; those of a source are its own affair.
+        surface. A process looks for an address first among the surfaces that it has read itself, then in its sources,
+        such as a store.
+Limits  A surface that was read here stays in memory until the process ends. A source manages the memory of its own.
 """
 
 from __future__ import annotations
@@ -56,13 +56,13 @@ def remember(data: SurfaceData) -> str:
 
 
 def add_source(source: Source) -> None:
-    """Ask `source` for addresses that were not read in this process. It returns None for one that it does not have."""
+    """Look up addresses that were not read in this process in `source`. It returns None for an unknown address."""
     if source not in _sources:
         _sources.append(source)
 
 
 def remove_source(source: Source) -> None:
-    """Ask `source` no more."""
+    """Stop looking up addresses in `source`."""
     if source in _sources:
         _sources.remove(source)
 

@@ -6,7 +6,7 @@ Model   NPY: the array of heights in m, float32, rows along y and columns along 
         float32 with x fastest, and an MD5 sum of each. A profile is a surface of one row, because not every program
         reads the feature type of profiles.
 Source  ISO 25178-72 (X3P, formerly ISO 5436-2); openGPS, http://www.opengps.eu.
-Limits  The heights are about their mean: the zero of the instrument is not kept. The X3P does not name an instrument.
+Limits  The mean height is 0: the zero of the instrument is lost. The X3P does not name an instrument.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ FORMATS = ("npy", "x3p")
 NAMESPACE = "http://www.opengps.eu/2008/ISO5436_2"
 HEIGHTS = "bindata/data.bin"
 CHECKSUM = "md5checksum.hex"
-FIXED_DATE = (1980, 1, 1, 0, 0, 0)  # in the ZIP file, so that the same surface gives the same bytes
+FIXED_DATE = (1980, 1, 1, 0, 0, 0)  # of all entries of the ZIP file, so that the same surface gives the same bytes
 
 
 def format_of_ending(path: Path) -> str:

@@ -1,4 +1,4 @@
-"""What the user says about a file: unit, distance between points, height, levelling, and the rule for missing points.
+"""The options of an import: unit, distance between points, height, levelling, and the rule for missing points.
 
 Stage   SURFACES, from files. The command line and the service read the same options.
 """
@@ -25,10 +25,10 @@ class ImportOptions:
     """The options of an import.
 
     unit: unit of the numbers in the file, or None.
-    pixel: distance between neighbouring columns, then rows (m), or None; one value stands for both.
+    pixel: distance between neighbouring columns, then rows (m), or None; one value applies to both.
     height: height of a displacement map from its lowest to its highest number (m), or None.
     level: the form that is removed: "none", "tilt" (a plane) or "curvature" (a surface of second order).
-    missing: what becomes of missing points: "refuse", "fill" or "crop".
+    missing: what is done about missing points: "refuse", "fill" or "crop".
     """
 
     unit: str | None = None
@@ -39,9 +39,10 @@ class ImportOptions:
 
 
 def read_options(fields: Mapping[str, Any]) -> ImportOptions:
-    """Return the options in `fields`; None stands for an option that is not given. Raises InvalidRequest, all faults.
+    """Return the options in `fields`. None means that an option is not given. Raises InvalidRequest with every fault.
 
-    pixel and height: numbers in m, or text with a unit; for unequal distances two, separated by a comma.
+    height: a number in m, or text with a unit.
+    pixel: the same, or two lengths in one text, separated by a comma, for unequal distances.
     """
     faults: list[Fault] = []
     values: dict[str, Any] = {}

@@ -1,11 +1,11 @@
-"""Import: a file and what the user says about it become a surface, with a report of what was found and done.
+"""Import: makes a surface of a file and the options of the user, with a report of what was found and done.
 
 Stage   SURFACES, from files.
-Model   In this order: read; metres; missing points; levelling; report. The heights that are kept are about their mean,
-        as 32-bit numbers; the report is of those before rounding.
-        A value that the file states is not replaced by a given one, except the resolution tag of an image.
-Limits  The greatest height of a scene's texture is 2 mm and its greatest slope 20 (docs/scene.md). A surface beyond is
-        imported, the report says so, and a scene refuses it.
+Model   In this order: read the file; convert to metres; treat missing points; level; report. The heights are about
+        their mean and stored as 32-bit numbers. The report is of the heights before that rounding.
+        An option for a value that the file states is refused, except in place of the resolution tag of an image.
+Limits  The greatest height of a scene's texture is 2 mm and its greatest slope 20 (docs/scene.md). A surface beyond
+        these limits is imported with a note in the report, and a scene refuses it.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from synth.surfaces.readers.file_formats import read_surface_file
 from synth.surfaces.readers.surface_file import UNITS, Heights, Missing, SurfaceFile, check_shape
 from synth.surfaces.surface_data import SurfaceData, remember
 
-TILTED = 0.9  # of Rq, from which on the rms of a tilt is mentioned; one period of a sinusoid has 0.78
-CLOSEST, FARTHEST = 1e-12, 1e6  # m, between points, as a file states it: a hundredth of an atom, a planet
+TILTED = 0.9  # rms of the tilt relative to Rq, above which a note mentions it; for one period of a sinusoid it is 0.78
+CLOSEST, FARTHEST = 1e-12, 1e6  # m, allowed spacing that a file states: from a hundredth of an atom to a planet
 STATED = "nothing here: the file states it"
 
 
@@ -59,8 +59,8 @@ class ImportedSurface:
 def import_surface(path: Path, options: ImportOptions, name: str | None = None) -> ImportedSurface:
     """Return the surface in the file at `path`.
 
-    name: name of the file that the user gave, if it is not that of `path`; its ending gives the format.
-    Raises InvalidRequest with every fault, CannotRender without the package that the format needs, OSError.
+    name: the user's name for the file, if it differs from that of `path`; its ending decides the format.
+    Raises InvalidRequest with every fault, CannotRender if the package for the format is not installed, OSError.
     """
     shown_name = path.name if name is None else Path(name).name
     found = read_surface_file(path, Path(shown_name).suffix)
@@ -82,7 +82,7 @@ def import_surface(path: Path, options: ImportOptions, name: str | None = None) 
 
 
 def _refusals_of_a_scene(imported: ImportedSurface) -> list[str]:
-    """Return why a scene with this surface would be refused, a sentence each."""
+    """Return the reasons for which a scene with this surface would be refused, one sentence each."""
     from synth.scene.scene import parse_scene
 
     address = remember(imported.surface)
@@ -94,7 +94,10 @@ def _refusals_of_a_scene(imported: ImportedSurface) -> list[str]:
 
 
 def _in_metres(found: SurfaceFile, options: ImportOptions) -> tuple[Heights, tuple[float, ...]]:
-    """Return heights and spacing in m. Raises InvalidRequest for what is unknown, and for what the file states."""
+    """Return heights and spacing in m.
+
+    Raises InvalidRequest for a missing option, and for an option whose value the file states.
+    """
     faults: list[Fault] = []
     spacing = _spacing(found, options, faults)
     factor = _height_factor(found, options, spacing, faults)
@@ -104,7 +107,7 @@ def _in_metres(found: SurfaceFile, options: ImportOptions) -> tuple[Heights, tup
 
 
 def _spacing(found: SurfaceFile, options: ImportOptions, faults: list[Fault]) -> tuple[float, ...]:
-    """Return the spacing (m); adds faults, and then returns any."""
+    """Return the spacing (m). Faults are added to `faults`; the returned value then has no meaning."""
     axes = found.heights.ndim
     if options.pixel is not None and (found.spacing is None or found.tagged):
         if len(options.pixel) > axes:
@@ -130,7 +133,7 @@ def _spacing(found: SurfaceFile, options: ImportOptions, faults: list[Fault]) ->
 def _height_factor(
     found: SurfaceFile, options: ImportOptions, spacing: tuple[float, ...], faults: list[Fault]
 ) -> float:
-    """Return the metres of one unit of the heights; adds faults, and then returns any."""
+    """Return the factor from the file's heights to m. Faults are added to `faults`; the value then has no meaning."""
     if options.height is not None and (found.full_scale is None or options.unit is not None):
         hint = "Leave it out." if found.full_scale is None else "Leave out height or unit."
         faults.append(_fault("height", "a length", "a height for displacement maps only, without a unit", hint))
@@ -161,7 +164,7 @@ def _fault(option: str, value: str, allowed: str, hint: str) -> Fault:
 
 
 def _whole(heights: Heights, missing: Missing, rule: str) -> tuple[Heights, Missing, dict[str, Any]]:
-    """Return heights without missing points, and what was done. Raises InvalidRequest by the rule "refuse"."""
+    """Return heights without missing points, and what was done. With the rule "refuse", raises InvalidRequest."""
     count = int(np.count_nonzero(missing))
     done = {"points": count, "rule": rule}
     if not count:
@@ -172,7 +175,7 @@ def _whole(heights: Heights, missing: Missing, rule: str) -> tuple[Heights, Miss
         share = f"{count} missing points ({100.0 * count / heights.size:.3g} %)"
         hint = "Write missing = fill to fill them from their neighbours, or crop for the largest part without them."
         raise InvalidRequest([_fault("missing", share, "no missing points", hint)])
-    from synth.surfaces.measurement.missing_points import filled, largest_whole_part  # with numba, a third of the start
+    from synth.surfaces.measurement.missing_points import filled, largest_whole_part  # imports numba, 1/3 of the start
 
     if rule == "fill":
         return filled(heights, missing), np.zeros_like(missing), done

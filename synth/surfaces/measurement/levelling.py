@@ -1,10 +1,10 @@
 """Levelling: removes the tilt or the curvature of a measured surface.
 
 Stage   SURFACES, from files.
-Model   The plane (tilt) or the polynomial of second order (curvature) that fits the measured points best, in the least
-        squares, is subtracted. Missing points do not count.
+Model   The least-squares plane (tilt) or polynomial of second order (curvature) through the measured points is
+        subtracted. Missing points do not count.
 Source  The F-operation of ISO 25178-2 with a polynomial.
-Limits  Points of a tall feature pull the fit: the fit is not robust.
+Limits  The fit is not robust: a tall feature shifts it.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def levelled(heights: Heights, missing: Missing, level: str) -> Heights:
     x, y = _scale(columns), _scale(rows)
     order = POWERS[level]
     terms = [(i, j) for i in range(order + 1) for j in range(order + 1) if i + j <= order and (rows > 1 or not j)]
-    # Each product of two terms is again a power of x times a power of y, so no matrix of points is needed.
+    # Each product of two terms is again x^i y^j. So sums over the points suffice, without a matrix row per point.
     sums: dict[tuple[int, int], float] = {}
     for i in range(2 * order + 1):
         along = measured @ x**i
@@ -48,7 +48,7 @@ def levelled(heights: Heights, missing: Missing, level: str) -> Heights:
 
 
 def tilt_of(heights: Heights, missing: Missing) -> tuple[float, ...]:
-    """Return by how much the fitted plane rises over the length of the surface, along x, then along y."""
+    """Return the rise of the fitted plane over the length of the surface, along x, then along y."""
     grid, measured = np.atleast_2d(heights), np.atleast_2d(~missing).astype(np.float64)
     rises = []
     for axis in (1, 0)[: heights.ndim]:

@@ -1,12 +1,12 @@
 """Missing points of a measured surface: filled from their neighbours, or cut away.
 
 Stage   SURFACES, from files.
-Model   fill    A missing point lies on the straight line between the nearest measured points to its left and right, and
-                on that between those above and below. Of the two the mean is taken, weighted by 1 / distance between
-                the two points. So a plane is filled exactly. Where neither line exists, the height is that of the
-                nearest measured point.
+Model   fill    A missing point is interpolated linearly between the nearest measured points to its left and right, and
+                also between those above and below. The height is the mean of both values, each weighted by 1 / distance
+                between its two points. A plane is therefore filled exactly. If a point has neither pair, it gets the
+                height of the nearest measured point.
         crop    The largest rectangle (of a profile, the longest piece) without missing points is kept.
-Limits  More than MOST_FILLED of the points are not filled: that would be a drawing, not a measurement.
+Limits  If more than MOST_FILLED of the points are missing, `fill` is refused: the result would be mostly invented.
 """
 
 from __future__ import annotations
@@ -44,7 +44,10 @@ def filled(heights: Heights, missing: Missing) -> Heights:
 
 
 def _between(grid: Heights, gaps: Missing) -> tuple[Heights, Heights]:
-    """Return the height on the line between the measured points to the left and right, and its weight, else 0."""
+    """Return, at missing points, the height between the measured points to the left and right, and its weight.
+
+    Both are 0 where one of these points does not exist, and at measured points.
+    """
     columns = grid.shape[1]
     index = np.arange(columns)
     left = np.maximum.accumulate(np.where(gaps, -1, index), axis=1)
@@ -60,7 +63,7 @@ def _between(grid: Heights, gaps: Missing) -> tuple[Heights, Heights]:
 
 
 def largest_whole_part(missing: Missing) -> Places:
-    """Return the place of the largest rectangle, or piece of a profile, without missing points.
+    """Return the slices of the largest rectangle, or piece of a profile, without missing points.
 
     Raises InvalidRequest if every point is missing.
     """
@@ -73,7 +76,10 @@ def largest_whole_part(missing: Missing) -> Places:
 
 @kernel
 def _largest_rectangle(missing: Any) -> Any:
-    """Return top, bottom, left and right of the largest rectangle of False: for each row, of the heap of rows above."""
+    """Return top, bottom, left and right of the largest rectangle of False.
+
+    Each row is the base of a histogram: the columns are as high as the run of False that ends in the row.
+    """
     rows, columns = missing.shape
     above = np.zeros(columns + 1, np.int64)
     stack = np.zeros(columns + 1, np.int64)

@@ -1,8 +1,8 @@
 """A picture of a surface: an area lit from the upper left, a profile as a line.
 
 Stage   SURFACES, from files.
-Model   Brightness is the cosine between the surface's normal and the light (Lambert). Slopes are multiplied so that
-        their rms is RMS_SHOWN, since those of most surfaces are too small to see.
+Model   Brightness is the cosine of the angle between the surface's normal and the light (Lambert). Slopes are scaled to
+        an rms of RMS_SHOWN, because those of most surfaces are too small to see.
 Limits  A picture shows the form, not the height. Large surfaces are averaged over blocks of points.
 """
 

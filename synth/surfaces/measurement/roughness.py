@@ -1,9 +1,9 @@
 """Roughness of a measured surface: Rq, Ra, peak to valley, and rms slopes.
 
 Stage   SURFACES, from files.
-Model   Rq and Ra are the root mean square and the mean absolute height about the mean of all points (of an area: Sq and
-        Sa). The slopes are those between neighbouring points, along x and along y. Peak to valley is the largest less
-        the smallest height.
+Model   Rq and Ra are the root mean square and the mean absolute height about the mean of all points. For an area they
+        are called Sq and Sa. The slopes are those between neighbouring points, along x and along y. Peak to valley is
+        the largest less the smallest height.
 Source  ISO 21920-2 and ISO 25178-2.
 Limits  No filter is applied: waviness counts. A finer spacing shows steeper slopes.
 """

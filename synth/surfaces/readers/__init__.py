@@ -1,1 +1,1 @@
-"""Readers of measured surfaces, one format a file. `file_formats` finds the reader of a file, by content and ending."""
+"""Readers of measured surfaces, one module per format. `file_formats` finds the reader by content and ending."""

@@ -1,10 +1,10 @@
 """The registry of file formats: finds the reader of a file by its first bytes and its ending.
 
 Stage   SURFACES, from files.
-Model   The first bytes decide where a format has a signature (PNG, TIFF, NPY). A text file is read as text if it
-        has an ending of text or none. Every other file is read by the package SurfaceTopography (the extra `surfaces`).
-Limits  The size of the file is checked before it is opened. A reader that fails on a damaged file gives a fault, never
-        another exception.
+Model   The first bytes decide if a format has a signature (PNG, TIFF, NPY). A text file is read as text if its ending
+        is one of text files, or if it has none. Every other file is read by the package SurfaceTopography (the extra
+        `surfaces`).
+Limits  The size of the file is checked before it is opened. A damaged file always raises InvalidRequest.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from synth.errors import RidgewaveError
 from synth.surfaces.readers import npy, png, text, tiff, topography_package
 from synth.surfaces.readers.surface_file import LARGEST_FILE, SurfaceFile, check_numbers, check_shape, refuse_file
 
-HEAD_BYTES = 4096  # read to tell the format; the header of a text file can be longer than a signature
+HEAD_BYTES = 4096  # read to recognise the format; the header of a text file can be longer than a signature
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,13 +46,13 @@ FORMATS = (
 """Every format, in the order in which they are tried; the last one fits every file."""
 
 DAMAGED = (ValueError, OSError, EOFError, SyntaxError, KeyError, IndexError, TypeError, OverflowError, ArithmeticError)
-"""What readers raise for damaged files; SyntaxError is Pillow's for a broken PNG."""
+"""What readers raise for damaged files. Pillow raises SyntaxError for a broken PNG."""
 
 
 def read_surface_file(path: Path, ending: str | None = None) -> SurfaceFile:
     """Return the contents of the file at `path`.
 
-    ending: of the name that the file had, such as ".csv"; None for that of `path`.
+    ending: of the file's original name, such as ".csv"; None for that of `path`.
     Raises InvalidRequest for a file that is too large, damaged, or of no known format; OSError if it cannot be opened.
     """
     ending = (path.suffix if ending is None else ending).lower()

@@ -1,12 +1,12 @@
 """What PNG and TIFF images have in common: pixels as heights, and resolution tags as distances.
 
 Stage   SURFACES, from files.
-Model   A grey image of unsigned whole numbers is a displacement map: 0 is its lowest and the largest number its highest
-        point. It has no height until one is given. Other numbers are heights. Rows are along y, from the
+Model   A grey image of unsigned whole numbers is a displacement map: 0 is its lowest point, and the largest number of
+        its type the highest. Its height in metres must be given. Other numbers are heights. Rows are along y, from the
         top of the image down.
 Source  Pillow decodes the pixels. No gamma curve is undone: a displacement map holds numbers, not brightness.
-Limits  A resolution of 72, 96, 150, 300, 600 or 1200 dots per inch is what programs write for screens and printers. It
-        is not used as a distance.
+Limits  Programs write resolutions of 72, 96, 150, 300, 600 or 1200 dots per inch for screens and printers. These are
+        not used as distances.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ FEW_STEPS = 256
 
 @contextmanager
 def opened(path: Path) -> Iterator[Any]:
-    """Yield the image at `path`, whose pixels are not yet decoded. Raises ValueError if it is none."""
+    """Yield the image at `path`, whose pixels are not yet decoded. Raises ValueError if the file is not an image."""
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # on damaged tags that hold no pixels
+            warnings.simplefilter("ignore")  # about damaged tags, without which the pixels can be read
             with Image.open(path, formats=("PNG", "TIFF")) as image:
                 check_shape(image.size[::-1])
                 yield image
@@ -44,7 +44,7 @@ def opened(path: Path) -> Iterator[Any]:
 
 
 def spacing_of_dpi(dpi: tuple[float, float] | None) -> tuple[tuple[float, float] | None, tuple[str, ...]]:
-    """Return the distances (m) of a resolution in dots per inch, and a note. None: it states no distance."""
+    """Return the distances (m) of a resolution in dots per inch, and notes. The distances are None if it has none."""
     if dpi is None or not all(np.isfinite(value) and value > 0.0 for value in dpi):
         return None, ()
     if all(min(abs(value - usual) for usual in USUAL_DPI) < ROUNDED_DPI for value in dpi):

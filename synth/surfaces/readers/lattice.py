@@ -3,8 +3,8 @@
 Stage   SURFACES, from files.
 Model   The smallest step between two coordinates is the spacing, if every other step is a multiple of it. Each point
         has its place on the lattice. A place without a point is a missing point.
-Limits  A coordinate may be WITHIN of a step off its place. Scattered points are refused: resampling them would invent
-        heights. A quarter of the places at least has a point.
+Limits  A coordinate may deviate from its place by WITHIN of a step. Scattered points are refused: resampling them would
+        invent heights. At least a quarter of the places must have a point.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from synth.surfaces.readers.surface_file import (
 )
 
 WITHIN = 0.01  # of a step: printed coordinates are rounded
-SAME = 1e-3  # of the greatest step: coordinates that are closer are equal, but for rounding
-FULLEST_GAPS = 4  # places for each point at most; more would be a few points in a large empty area
+SAME = 1e-3  # of the greatest step: coordinates that are closer differ by rounding only
+FULLEST_GAPS = 4  # largest number of places per point; with more, the lattice is a large empty area with a few points
 
 
 def profile_of_pairs(values: np.ndarray[Any, Any], layout: str, unit: str | None) -> SurfaceFile:
@@ -54,7 +54,7 @@ def surface_of_triples(values: np.ndarray[Any, Any], layout: str, unit: str | No
 
 
 def _places(coordinates: np.ndarray[Any, Any], name: str) -> tuple[np.ndarray[Any, Any], int, float]:
-    """Return the place of each coordinate on an even scale, the number of places, and the step."""
+    """Return the place of each coordinate on an axis of equal steps, the number of places, and the step."""
     hint = "Resample to equal steps first."
     if not np.all(np.isfinite(coordinates)):
         refuse_file(f"{name} that is not a number", f"{name} at every point", "Correct the column.")
@@ -77,7 +77,7 @@ def _places(coordinates: np.ndarray[Any, Any], name: str) -> tuple[np.ndarray[An
 
 
 def _placed(values: np.ndarray[Any, Any], at: np.ndarray[Any, Any], count: int) -> tuple[Heights, Any]:
-    """Return the heights [count] and which are missing. Raises InvalidRequest if two points have one place."""
+    """Return the heights [count] and which are missing. Raises InvalidRequest if two points have the same place."""
     times = np.bincount(at, minlength=count)
     if np.max(times) > 1:
         refuse_file(f"{np.max(times)} points at one place", "one height at each place", "Remove the others.")

@@ -1,14 +1,15 @@
-"""Normal maps: colours that are the directions of a surface. The slopes are integrated to heights.
+"""Normal maps: images whose colours are the normals of a surface. Their slopes are integrated to heights.
 
 Stage   SURFACES, from files.
 Model   A colour c is the unit vector n = 2 c - 1, with red along x, green along y and blue outwards. The slopes
-        -n_x / n_z and -n_y / n_z have no unit, so the heights have that of the distance between pixels. The heights
-        whose slopes are nearest to those of the map, in the least squares, are found by one division in the Fourier
-        domain. Green points up in the image, as in glTF and OpenGL, or down, as in DirectX.
+        -n_x / n_z and -n_y / n_z have no unit, so the unit of the heights is the distance between pixels. One division
+        in the Fourier domain gives the heights whose slopes are nearest to those of the map (least squares). Green
+        points up in the image, as in glTF and OpenGL, or down, as in DirectX. It is read as up.
 Source  Frankot & Chellappa 1988, A method for enforcing integrability in shape from shading
         algorithms, IEEE PAMI 10(4).
-Limits  The heights are periodic over the map, as those of tiles are, and have no mean slope. The residual is the rms
-        of the slopes that no heights have, of all slopes. Slopes above STEEPEST are cut. 8 bits are 0.4 % of a slope.
+Limits  The heights are periodic over the map, as tiles are, and have no mean slope. The residual is the part of the
+        slopes that no heights can have, as rms relative to all slopes. Slopes above STEEPEST are clipped. 8 bits are
+        0.4 % of a slope.
 """
 
 from __future__ import annotations
@@ -21,9 +22,9 @@ from synth.surfaces.readers.surface_file import Heights, SurfaceFile, refuse_fil
 
 Slopes = np.ndarray[Any, np.dtype[Any]]
 
-STEEPEST = 20.0  # the steepest slope of a texture; a steeper one is noise of a vector that lies in the surface
-UNIT_WITHIN = 0.1  # of the length of a vector: 8 bits alone give 0.007, and compression more
-MOST_OTHER = 0.05  # share of the pixels that may be no unit vectors: dust and borders of a map
+STEEPEST = 20.0  # the largest slope of a texture; larger ones are noise of vectors that are parallel to the surface
+UNIT_WITHIN = 0.1  # permitted error of a vector's length: 8 bits alone give 0.007, and compression more
+MOST_OTHER = 0.05  # permitted share of pixels that are not unit vectors, such as dust and borders of a map
 
 
 def surface_of(
@@ -32,11 +33,11 @@ def surface_of(
     spacing: tuple[float, float] | None,
     notes: tuple[str, ...],
 ) -> SurfaceFile:
-    """Return the heights of a normal map, in distances between columns.
+    """Return the heights of a normal map, in units of the distance between columns.
 
     pixels: uint8 [rows, columns, 3].
-    spacing: m, or None. It only decides how much wider than high a pixel is.
-    Raises InvalidRequest for a picture that is no normal map.
+    spacing: m, or None. Only its ratio, the aspect of a pixel, affects the heights.
+    Raises InvalidRequest for a picture that is not a normal map.
     """
     across, up, outwards = (pixels[:, :, channel].astype(np.float32) / 127.5 - 1.0 for channel in range(3))
     length = np.sqrt(across**2 + up**2 + outwards**2)
@@ -75,25 +76,25 @@ def surface_of(
 def integrated(along_x: Slopes, along_y: Slopes, spacing: tuple[float, float]) -> tuple[Heights, float, float]:
     """Return the periodic heights, of mean 0, whose slopes are nearest to the given ones, and two residuals.
 
-    along_x, along_y: slopes [rows, columns], along the columns' and the rows' direction.
+    along_x, along_y: slopes [rows, columns], from column to column and from row to row.
     spacing: distance between columns, then rows, in the unit of the heights.
-    A residual is the rms of what no heights have of the slopes, less their means, relative to the rms of the slopes.
-    The first is that of these slopes, the second would be that with along_y turned round.
+    A residual is the part of the slopes, without their means, that no heights can have, as rms relative to the slopes.
+    The first is that of these slopes. The second is that with the opposite sign of along_y.
     """
     rows, columns = along_x.shape
     in_x = 2.0 * np.pi * np.fft.rfftfreq(columns, spacing[0])[np.newaxis, :]
     in_y = 2.0 * np.pi * np.fft.fftfreq(rows, spacing[1])[:, np.newaxis]
-    twice = np.full(in_x.shape, 2.0)  # waves that stand for their negative frequency too
+    twice = np.full(in_x.shape, 2.0)  # weight of a wave that also represents its negative frequency
     twice[0, 0] = 1.0
     if columns % 2 == 0:
-        in_x[0, -1], twice[0, -1] = 0.0, 1.0  # the slope of the highest wave is not a real wave on these points
+        in_x[0, -1], twice[0, -1] = 0.0, 1.0  # at the Nyquist frequency the slope of a real wave is 0 at all points
     if rows % 2 == 0:
         in_y[rows // 2, 0] = 0.0
     of_x, of_y = np.fft.rfft2(along_x), np.fft.rfft2(along_y)
     square = in_x**2 + in_y**2
     flat = square == 0.0
     square[flat] = np.inf
-    # Across the direction of a wave, heights have no slope: what is left of the slopes is their part across it.
+    # A wave of heights has no slope along its crests. So the residual is the part of the slopes along the crests.
     size = float(np.sum(twice * (np.abs(of_x) ** 2 + np.abs(of_y) ** 2)))
     left, turned = (
         float(np.sum(twice * np.abs(in_y * of_x - sign * in_x * of_y) ** 2 / square)) for sign in (1.0, -1.0)

@@ -2,9 +2,10 @@
 
 Stage   SURFACES, from files.
 Model   A grey PNG is a displacement map (`image`). A PNG in colour is a normal map if its colours are unit vectors
-        (`normal_map`); any other picture has no heights.
+        (`normal_map`). Any other picture is refused.
 Source  PNG (ISO/IEC 15948): the header chunk IHDR, and pHYs for the resolution.
-Limits  Palettes, fewer than 8 bits and transparent grey are refused. Of a normal map of 16 bits the upper 8 are read.
+Limits  Palettes, fewer than 8 bits and transparent grey are refused. Only the upper 8 bits of a 16-bit normal map are
+        read.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""What a reader finds in a file: heights as the file has them, missing points, distances, and what the file states.
+"""The result of a reader: heights as the file has them, missing points, distances, and what the file states.
 
-Stage   SURFACES, from files. `measurement.importing` makes metres of the numbers.
-Model   A reader never assumes a unit, a distance or a height. What the file does not state is None, and has to be
-        given.
+Stage   SURFACES, from files. `measurement.importing` converts the numbers to metres.
+Model   A reader never assumes a unit, a distance or a height. What the file does not state is None, and the user has
+        to give it.
 Limits  A file has at most LARGEST_FILE bytes and a surface at most MOST_POINTS points. A reader checks the size that a
         file declares before it allocates memory for it.
 """
@@ -55,8 +55,8 @@ class SurfaceFile:
     unit: unit of the heights that the file states (a key of UNITS), or None.
     spacing: distance between neighbouring columns, then rows, in `spacing_unit`; None if the file does not state it.
     spacing_unit: unit of the spacing that the file states. None with a spacing: the numbers have the heights' unit.
-    full_scale: of a displacement map, the number that stands for its greatest height; None for real heights.
-    tagged: the spacing comes from a tag that image programs also write without a meaning; a given one replaces it.
+    full_scale: of a displacement map, the number that represents its greatest height; None for real heights.
+    tagged: whether the spacing is from a tag that image programs also write without a meaning. An option replaces it.
     channel: name of the channel, or "".
     notes: sentences for the user.
     """
@@ -78,7 +78,7 @@ def refuse_file(value: object, allowed: str, hint: str, cause: BaseException | N
     """Raise InvalidRequest for the file.
 
     value: what was found in it.
-    cause: what a reader raised; its words may have paths, so they are not shown.
+    cause: what a reader raised. Its text may contain paths and is therefore not shown.
     """
     fault = Fault("/file", value if isinstance(value, str) else shown(value), allowed, hint)
     raise InvalidRequest([fault]) from cause
@@ -108,7 +108,7 @@ def check_numbers(values: np.ndarray[Any, Any], name: str) -> None:
 
 
 def finite_heights(values: np.ndarray[Any, Any]) -> tuple[Heights, Missing]:
-    """Return `values` as float64, with 0 at missing points, and where they are missing: NaN and infinite numbers."""
+    """Return `values` as float64, with 0 at missing points, and the mask of these points: masked, NaN or infinite."""
     masked = np.ma.getmaskarray(values) if isinstance(values, np.ma.MaskedArray) else False
     heights = np.array(np.ma.getdata(values), np.float64)
     missing = ~np.isfinite(heights) | masked

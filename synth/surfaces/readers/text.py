@@ -1,19 +1,20 @@
 """Text (CSV, TXT, XYZ, ASC): a list of heights, two columns, triples, or a grid.
 
 Stage   SURFACES, from files.
-Model   The first line that holds only numbers begins the numbers; the lines before it are the header. Lines of missing
-        points just before it belong to the numbers. Later lines that begin with # or % are comments. The number of
-        columns gives the layout:
-        1       heights along a line, one a line
+Model   The numbers begin at the first line that contains only numbers, or at the lines of missing points just before
+        it. The lines above are the header. Later lines that begin with # or % are comments. The number of columns
+        decides the layout:
+        1       heights along a line, one per line of the file
         2       x and height: the steps of x are equal
         3       x, y and height: the points lie on a lattice, in any order, and some may be missing
-        4 ...   a grid: a line of the file is a row along x; one line only is a line of heights
-        A separator is the tab or the semicolon if there is one, else a comma before a space or between numbers with
-        points, else spaces. A comma that is not the separator is a decimal comma. An empty cell, nan, ---, *** and BAD
-        are missing points. The header may state sizes and unit, as Gwyddion and SPIP write them.
+        4 ...   a grid: a line of the file is a row along x; a file of one line holds heights along a line
+        The separator is the tab or the semicolon if there is one; else a comma, if one precedes a space or if numbers
+        have points; else spaces; else a comma, if a line has several. A comma that is not the separator is a decimal
+        comma. An empty cell, nan, ---, *** and BAD are missing points. The header may state sizes and unit, as Gwyddion
+        and SPIP write them.
 Source  Gwyddion user guide, export of raw data as text; SPIP's ASCII format.
 Limits  Lines of one comma and no point, such as "1,5", can be read in two ways and are refused. Steps differ by 1 % at
-        most. A header longer than MOST_HEADER lines is not one.
+        most. A header has at most MOST_HEADER lines.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ MOST_HEADER = 300  # lines before the numbers
 SAMPLE = 100  # lines that decide the separator
 NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
 NO_HEIGHT = re.compile(r"(?i:nan|bad|[+-]?inf)|-{2,}|\*+")
-MISSING_LINE = re.compile(r"(?i:nan)(?:[\s;,]+(?i:nan))*[;,]?")  # not of hyphens: those divide header and numbers
+MISSING_LINE = re.compile(r"(?i:nan)(?:[\s;,]+(?i:nan))*[;,]?")  # no hyphens: they divide header and numbers
 COMMENT = ("#", "%")
 SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "spaces"}
 _SIZE = r"\s*[:=]\s*([0-9.eE+-]+)\s*([^\W\d_]+|Å)?"
@@ -64,7 +65,12 @@ def fits(head: bytes, ending: str) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class _Form:
-    """How the numbers are written. separator: a key of SEPARATORS. comma: decimal. trailing: a separator ends lines."""
+    """How the numbers are written.
+
+    separator: a key of SEPARATORS.
+    comma: whether commas are decimal.
+    trailing: whether each line ends with a separator.
+    """
 
     separator: str
     comma: bool
@@ -72,7 +78,7 @@ class _Form:
 
     @property
     def delimiter(self) -> str | None:
-        """The separator for `str.split` and NumPy: None is any white space."""
+        """The separator for `str.split` and NumPy. None means any white space."""
         return None if self.separator == " " else self.separator
 
     def columns(self, line: str) -> int:
@@ -80,7 +86,7 @@ class _Form:
         return len(self.cells(line).split(self.delimiter))
 
     def cells(self, line: str) -> str:
-        """Return `line` as numbers with points, separated by the separator, with nan for missing ones."""
+        """Return `line` with the same separator, decimal points, and nan for missing points."""
         line = line.strip() if self.separator != "\t" else line.strip(" \r\n")
         if self.trailing:
             line = line.removesuffix(self.separator)
@@ -111,7 +117,7 @@ def _read(path: Path, encoding: str) -> SurfaceFile:
             values = _numbers(_with_points(lines) if form.comma else lines, form, form.columns(first[-1]), size)
         except UnicodeDecodeError:
             raise
-        except ValueError:  # a comment, a missing point, or a fault: `_carefully` finds out which
+        except ValueError:  # a comment, a missing point, or a fault: `_carefully` distinguishes them
             values = None
     if values is None:
         values = _carefully(path, encoding, form)
@@ -136,7 +142,7 @@ def _with_points(lines: Iterator[str]) -> Iterator[str]:
 
 
 class _Counted:
-    """The lines of numbers, counted, so that a fault can name its line."""
+    """The lines of numbers, counted, so that an error can state the line number."""
 
     def __init__(self, first: list[str], file: Any, form: _Form) -> None:
         self._lines, self.form = chain(first, _rows(file)), form
@@ -168,7 +174,7 @@ def _rows(file: Any) -> Iterator[str]:
 
 
 def _header(file: Any) -> tuple[list[str], list[str]]:
-    """Return the lines before the numbers, and the first line with a number, after the lines of missing points."""
+    """Return the header, and the first lines of the numbers: lines of missing points, then one with a number."""
     header: list[str] = []
     missing: list[str] = []
     for line in file:
@@ -192,7 +198,7 @@ def _is_numbers(line: str) -> bool:
 
 
 def _form(sample: list[str]) -> _Form:
-    """Return how the lines of `sample` are written; see the module."""
+    """Return how the lines of `sample` are written, by the rules in the docstring of the module."""
     text = "\n".join(line.strip(" \r\n") for line in sample)
     points, commas = "." in text, "," in text
     if "\t" in text or ";" in text:
@@ -217,9 +223,10 @@ def _form(sample: list[str]) -> _Form:
 
 
 def _numbers(lines: Iterator[str], form: _Form, columns: int, size: int) -> np.ndarray[Any, Any]:
-    """Return the numbers, float64 [rows, columns]; raises ValueError for a cell that is no number.
+    """Return the numbers, float64 [rows, columns]. Raises ValueError for a cell that is not a number.
 
-    size: of the file in bytes, of which a number takes two at least. NumPy makes room for all rows at once.
+    size: of the file in bytes. A number takes at least two bytes, so the size limits the number of rows. NumPy
+        allocates memory for all rows at once.
     """
     of_a_point = columns if columns in (2, 3) else 1
     most = min(of_a_point * MOST_POINTS, size) // columns + 1
@@ -229,7 +236,7 @@ def _numbers(lines: Iterator[str], form: _Form, columns: int, size: int) -> np.n
 
 
 def _stated(header: list[str]) -> dict[str, tuple[str, str]]:
-    """Return what the header states: for each key of STATED, number and unit or text."""
+    """Return what the header states: for each key of STATED that it has, the number and the unit or text."""
     found: dict[str, tuple[str, str]] = {}
     for line in header:
         for key, pattern in STATED.items():
@@ -264,7 +271,10 @@ def _surface(values: np.ndarray[Any, Any], form: _Form, stated: dict[str, tuple[
 def _grid_spacing(
     stated: dict[str, tuple[str, str]], rows: int, columns: int
 ) -> tuple[tuple[float, float] | None, str | None]:
-    """Return the spacing that a header states, and its unit, None for that of the heights; else None twice."""
+    """Return the spacing that a header states, and its unit, or None twice.
+
+    A unit of None beside a spacing means the unit of the heights.
+    """
     if "width" not in stated or "height" not in stated:
         return None, None
     (width, unit_x), (height, unit_y) = stated["width"], stated["height"]

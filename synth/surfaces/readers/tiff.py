@@ -4,7 +4,7 @@ Stage   SURFACES, from files.
 Model   The distances come from the resolution tags: per inch, per centimetre, or in the unit that ImageJ writes. Files
         of Park microscopes are TIFF too, and are read by `topography_package`.
 Source  TIFF 6.0, tags 282, 283, 296 and 339; ImageJ's description (tag 270).
-Limits  Of several pages the first is read. Real numbers have 32 bits: others are not supported by Pillow.
+Limits  Only the first page is read. Real numbers must have 32 bits, because Pillow supports no others.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ UNSIGNED, BY_INCH, BY_CENTIMETRE = 1, 2, 3
 
 
 def fits(head: bytes, ending: str) -> bool:
-    """Return whether the file begins as TIFF does, and is not of a microscope that has its own ending."""
+    """Return whether the file begins as TIFF does and has an ending of TIFF or none. Microscopes use others."""
     return head.startswith(BEGINNINGS) and ending in (".tif", ".tiff", "")
 
 
@@ -47,7 +47,7 @@ def read(path: Path, ending: str) -> SurfaceFile:
 
 
 def _pixels(image: Any, tags: Any) -> np.ndarray[Any, Any]:
-    """Return the pixels with the type that the file states: Pillow reads whole numbers of more than 8 bits as int32."""
+    """Return the pixels with the type that the file states. Pillow reads whole numbers above 8 bits as int32."""
     if image.mode not in ("L", "I", "I;16", "I;16B", "F", "RGB"):
         raise ValueError(f"pixels of mode {image.mode} are not supported; save it as grey of 16 bits")
     pixels = np.asarray(image)

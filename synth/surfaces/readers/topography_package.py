@@ -1,13 +1,13 @@
 """Formats of instruments, by the package SurfaceTopography: X3P, SUR, OPD, DI, SDF, Gwyddion, Zygo, Keyence and others.
 
 Stage   SURFACES, from files.
-Model   A reader of the package is tried if the first bytes are of its format, or if they may be and the ending is. It
-        gives each channel with its sizes and units. The first channel of heights is read. The package is imported only
-        for such a file.
+Model   A reader of the package is tried if it recognises the first bytes, or if it regards them as possible and has the
+        file's ending. It gives each channel with its sizes and units. The default channel is read if it has heights,
+        else the first channel of heights. The package is imported only for such a file.
 Source  SurfaceTopography (MIT), https://contactengineering.github.io/SurfaceTopography/.
-Limits  Needs the extra `surfaces`. A profile with unequal steps is refused. The package reads the whole header, and
-        some formats wholly, before the number of points is known. The size of what a ZIP file holds is checked first,
-        and on Linux the process may not take more than MOST_MEMORY meanwhile.
+Limits  Needs the extra `surfaces`. A profile with unequal steps is refused. The package reads the whole header, and for
+        some formats the whole file, before the number of points is known. Therefore the unpacked size of a ZIP file is
+        checked first, and on Linux the process can allocate at most MOST_MEMORY more while the package reads.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from synth.errors import CannotRender, RidgewaveError
 from synth.surfaces.readers.surface_file import UNITS, SurfaceFile, check_shape, finite_heights, refuse_file
 
 LARGEST_UNPACKED = 2**28  # bytes of all files in a ZIP file: twice MOST_POINTS heights as 64-bit numbers
-MOST_MEMORY = 2**30  # bytes: MOST_POINTS heights eight times; a false size in a header can ask for any number
-HEAD_BYTES = 512  # that the package looks at to tell a format
-STEPS_WITHIN = 1e-3  # of a step, by which the steps of a profile may differ
+MOST_MEMORY = 2**30  # bytes: MOST_POINTS heights eight times; a false size in a header could allocate any amount
+HEAD_BYTES = 512  # from which the package recognises a format
+STEPS_WITHIN = 1e-3  # permitted deviation of a profile's steps from their mean, relative to the mean
 INSTALL = "pip install 'ridgewave[surfaces]'"
 
 
 def read(path: Path, ending: str) -> SurfaceFile:
-    """Return the contents. Raises InvalidRequest, CannotRender where the package is not installed."""
+    """Return the contents. Raises InvalidRequest, and CannotRender if the package is not installed."""
     try:
         from SurfaceTopography.IO import MagicMatch, readers
     except ImportError as error:
@@ -62,14 +62,14 @@ def read(path: Path, ending: str) -> SurfaceFile:
                 return _contents(opened)
         except RidgewaveError:
             raise
-        except Exception as error:  # a third-party parser on a damaged file: whatever it raises is the file's fault
+        except Exception as error:  # a third-party parser can raise anything for a damaged file
             cause = cause or error
     refuse_file("a file that its reader cannot read", "a whole file", "Copy it again, or export it as X3P.", cause)
 
 
 @contextmanager
 def bounded_memory() -> Iterator[None]:
-    """Let the process take MOST_MEMORY more at most. Beyond, an allocation raises MemoryError."""
+    """Let the process allocate at most MOST_MEMORY more. Beyond it, an allocation raises MemoryError."""
     import resource
 
     soft, hard = resource.getrlimit(resource.RLIMIT_AS)
@@ -86,7 +86,7 @@ def bounded_memory() -> Iterator[None]:
 
 
 def _check_unpacked(path: Path) -> None:
-    """Refuse a ZIP file whose contents would be too large. Python never unpacks more of a file than it declares."""
+    """Refuse a ZIP file whose unpacked size is too large. Python never unpacks more bytes than the file declares."""
     if not zipfile.is_zipfile(path):
         return
     with zipfile.ZipFile(path) as packed:
@@ -128,7 +128,7 @@ def _contents(reader: Any) -> SurfaceFile:
 
 
 def _unit(stated: str | None) -> str | None:
-    """Return a stated unit as UNITS has it; some programs write UTF-8 where the format has Latin-1."""
+    """Return a stated unit as a key of UNITS. Some programs write UTF-8 in a format that requires Latin-1."""
     if stated is None or stated in UNITS:
         return stated
     with suppress(UnicodeError):
@@ -138,7 +138,7 @@ def _unit(stated: str | None) -> str | None:
 
 
 def _counts(channel: Any) -> tuple[float, ...]:
-    """Return sizes of one for each point: the file states none."""
+    """Return sizes that give a spacing of 1, for a file that states none."""
     return tuple(float(count) for count in channel.nb_grid_pts)
 
 
