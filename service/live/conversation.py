@@ -41,7 +41,7 @@ class Phase(Enum):
 class Conversation:
     """The state of one connection.
 
-    version: of the protocol. It belongs to the connection: another one may resume the session in another version.
+    version: of the protocol, on this connection. Another connection may resume the session in another version.
     position: frame of the next block to send. It is behind the stream's frame while kept sound is sent again.
     """
 
@@ -119,7 +119,7 @@ class Conversation:
         return False
 
     def behind(self, frames: int) -> None:
-        """End the connection if so many frames, received without a pause, are a flood."""
+        """End the connection if this number of frames, received without a pause, is a flood."""
         if frames > self._rate.flood:
             self.end("policy", self._rate.problem())
 
