@@ -154,7 +154,7 @@ class Conversation:
         self.actions.append(OpenVoice(message.get("scene", {}), Options.of(message)))
 
     def _out_of_turn(self, message: str | bytes) -> None:
-        """Keep a message that comes while the voice is being opened; drop one that comes after the end."""
+        """Keep a message that comes during the opening; drop one after the end; end at a binary one before hello."""
         if self.phase is Phase.OPENING:
             self._early.keep(message)
         elif self.phase is Phase.HELLO:

@@ -201,7 +201,7 @@ class LiveProtocol(asyncio.Protocol):
                 self._after(CLOSE_SECONDS, self.transport.abort)
 
     async def _send(self, message: Message) -> None:
-        """Take a message of the application's."""
+        """Take a message from the application."""
         await self._writable.wait()
         if self._gone:
             raise PeerGone
