@@ -18,7 +18,7 @@ const POINTS = 128; // of a trace, compared with the previous one
 const MOST_CROSSINGS = 160; // compared per drawing
 const QUIET = 1e-4; // of full scale; smaller vibrations do not trigger
 const OFF = 0.1; // of peak-to-peak: distance of the mean from the trigger level at which the level moves to it
-const ROOM = 1.12; // scale over the largest value
+const ROOM = 1.12; // scale relative to the largest value
 const SHRINK_AFTER = 1000; // ms with too large a scale
 
 export class Waveform {
