@@ -1,5 +1,5 @@
-"""Effects: the cost of a frame, of a voice's memory and of its set-up, for each effect alone, for all compatible sets,
-    and for the pulp of a fingertip under a hand.
+"""Effects: the cost of a frame, a voice's memory and its set-up, for each effect and for the largest permitted sets;
+    the frame and the set-up also for the pulp of a fingertip under a hand.
 
 A scene without effects must not pay for the effects that exist. So two equal voices without effects are timed in turn,
 and also one whose scene names every effect as null. Frames, set-up and steps are measured in processor time: they never
