@@ -1,8 +1,8 @@
-"""The service: carries scenes in over HTTP and blocks of vibration out, to readers, files and devices.
+"""The service: receives scenes over HTTP and sends blocks of vibration to readers, files and devices.
 
     settings -> app (security, routes) -> sessions and renders -> engine (synth) -> encode -> peer or sink
 
-Imports from `synth` only; nothing here knows the physics. `service.server.run` starts it, `service.app.create_app`
+Imports from `synth` only, and contains no physics. `service.server.run` starts it, `service.app.create_app`
 builds the ASGI application.
 """
 

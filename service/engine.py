@@ -229,8 +229,8 @@ class SynthEngine:
         """Make the cache.
 
         cache_bytes: the bound on its memory.
-        textures: the data folder: of imported textures, for the processes of measurements, and of tables that outlive
-            the process. None: there is none.
+        textures: the data folder. It has the imported textures, for the processes of measurements, and the tables
+            that outlive the process. None: there is none.
         """
         self._textures = textures
         from synth.kept_files import KeptFiles

@@ -90,8 +90,8 @@ class Service:
         self.live = LiveConnections(self.sessions, settings, self.blocks)
         self.preparation = TexturePreparation(data_folder(settings.data_folder))
         self.serves_only = False
-        """Whether `warm_up` excludes the heap from garbage collection, where a full collection stops streams for 90 ms,
-        and begins to prepare textures. False where the process does other things too, as in tests."""
+        """Whether `warm_up` begins to prepare textures, and excludes the heap from garbage collection, because a full
+        collection stops streams for 90 ms. False where the process does other work too, as in tests."""
         self.warm = False
         self.closing = False
         self.loop: asyncio.AbstractEventLoop | None = None  # None until it serves
@@ -156,9 +156,9 @@ class Service:
         self.prepare_textures()
 
     def prepare_textures(self) -> None:
-        """Solve textures ahead, unless a setting says no. Call it from a thread after the start and after an import."""
+        """Solve textures ahead, unless a setting forbids it. Call it from a thread, after start and import."""
         if self.warm and self.serves_only and self.settings.prepare_textures == "on":
-            with suppress(OSError):  # a data folder that cannot be written keeps nothing
+            with suppress(OSError):  # nothing is kept if the data folder cannot be written
                 self.preparation.begin()
 
     def finish(self) -> None:

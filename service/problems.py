@@ -27,7 +27,7 @@ class ProblemType:
     name: the part of `type` behind "#problem-".
     status: of the HTTP answer.
     title: the same for every problem of the kind.
-    when: a sentence that says when it happens.
+    when: a sentence on when it happens.
     """
 
     name: str

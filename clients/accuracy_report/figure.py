@@ -6,8 +6,8 @@ Horizontal axis: computing time per second of sound, with the set-up spread over
 axis: largest error over a period, relative to the peak-to-peak. Both are logarithmic; a method without error is an
 arrow on the lower edge. docs/accuracy.md explains how to read the figure.
 
-Limits: requires the extra `plots`. The same versions draw the same bytes. Text in the SVG stays text: a viewer without
-DejaVu Sans shows another font.
+Limits: requires the extra `plots`. The same versions of the packages draw the same bytes. Text in the SVG stays text: a
+viewer without DejaVu Sans shows another font.
 """
 
 from __future__ import annotations
@@ -143,7 +143,7 @@ def _decade(value: float, rounding: Any) -> float:
 
 def _draw_series(axes: Axes, document: Document, series: Series) -> None:
     colour, marker, size = STYLES.get(series.family, OTHER_STYLE)
-    tabled = series.kind == "tabled"  # in the colour of the series that is not
+    tabled = series.kind == "tabled"  # drawn in the colour of the series without tables
     look: Any = {
         "color": colour,
         "markersize": size,
@@ -162,7 +162,7 @@ def _draw_series(axes: Axes, document: Document, series: Series) -> None:
 
 
 def _draw_front_and_choice(axes: Axes, document: Document) -> None:
-    """Draw the staircase of the Pareto front, and a ring round the method that the plan takes."""
+    """Draw the staircase of the Pareto front, and a ring round the method that the plan selects."""
     front = [_place(axes, document, row) for row in front_of(document)]
     axes.plot(
         *zip(*front, strict=True), drawstyle="steps-post", color=PALE, linewidth=4.0, label="Pareto front", zorder=1
@@ -175,7 +175,7 @@ def _draw_front_and_choice(axes: Axes, document: Document) -> None:
 
 
 def _place(axes: Axes, document: Document, row: Row) -> tuple[float, float]:
-    """Return the coordinates of a method; one without error stands a little above the lower edge."""
+    """Return the coordinates of a method; one without error is placed a little above the lower edge."""
     return cost_of(document, row), row["max_error"] or 1.5 * axes.get_ylim()[0]
 
 
@@ -203,7 +203,7 @@ def _draw_levels(axes: Axes, document: Document) -> None:
 def _label_sizes(axes: Axes, document: Document) -> None:
     """Write the sizes of the first and the last method of each series, at the place that covers least of the lines.
 
-    A label that would cover other text is left out.
+    A label that would cover other text or leave the axes is left out.
     """
     renderer = RendererAgg(10, 10, 72)  # type: ignore[no-untyped-call]
     room = axes.get_window_extent(renderer)
@@ -211,7 +211,7 @@ def _label_sizes(axes: Axes, document: Document) -> None:
     dots = np.concatenate([_dots(axes, document, series) for series in series_of(document)])
 
     def covered(text: Annotation) -> float:
-        """Return how much of the lines `text` covers; infinity where it may not be."""
+        """Return how many dots of the lines `text` covers; infinity where a label is not allowed."""
         box = text.get_window_extent(renderer)
         if not room.contains(*box.min) or not room.contains(*box.max) or any(box.overlaps(other) for other in taken):
             return math.inf
@@ -244,7 +244,7 @@ def _dots(axes: Axes, document: Document, series: Series) -> Any:
 
 
 def _write_title_and_notes(figure: Figure, document: Document) -> None:
-    """Write the title, the scene, and below the figure what holds for every point."""
+    """Write the title, the scene, and below the figure the notes that hold for every point."""
     figure.text(0.018, 0.97, f"What accuracy costs: {document['quantity']}", color=INK, fontsize=11, weight="bold")
     extent = with_unit(document["peak_to_peak"], document["unit"]).replace(" u", " µ").replace("^2", "²")
     figure.text(0.018, 0.938, f"{_scene_line(document)}; peak-to-peak {extent}", color=INK, fontsize=8.0)

@@ -1,4 +1,4 @@
-"""Groups the methods of an accuracy document into series, with their costs and the errors worth a line in the figure.
+"""Groups the methods of an accuracy document into series; returns their costs and the error levels of the figure.
 
 The document is the JSON of `ridgewave accuracy`. Nothing else is needed, so a stored document can be shown again.
 """
@@ -24,15 +24,15 @@ FAMILIES: Mapping[str, str] = {
 """The name of each family, in the order in which they are shown."""
 
 ROUNDING = 2.0**-25  # of the peak-to-peak: largest rounding error of a float32 sample near full scale
-EXACT = 1e-6  # of the peak-to-peak: what the tolerance "exact" promises of the folded harmonics
-MARGIN_DB = 6.0  # below the detection threshold: what the tolerance "imperceptible" keeps
+EXACT = 1e-6  # of the peak-to-peak: bound of the tolerance "exact" on the folded harmonics
+MARGIN_DB = 6.0  # of errors below the detection threshold with the tolerance "imperceptible"
 
 
 @dataclass(frozen=True, slots=True)
 class Series:
     """Methods of one family whose names differ in their numbers only.
 
-    kind: words that tell the series from others of its family, such as "tabled"; often empty.
+    kind: words that distinguish the series from others of its family, such as "tabled"; often empty.
     rows: the methods, by increasing size.
     """
 
@@ -78,7 +78,7 @@ def front_of(document: Document) -> list[Row]:
 
 
 def chosen_row(document: Document) -> Row | None:
-    """Return the method that the scene's plan takes; None if it was not measured."""
+    """Return the method that the scene's plan selects; None if it was not measured."""
     return next((row for row in document["methods"] if row["method"] == document["chosen"]), None)
 
 
@@ -87,7 +87,7 @@ def felt_error(document: Document) -> float | None:
 
     The error spectrum of each method is scaled until its margin is MARGIN_DB. The smallest of the resulting errors is
     returned. A method with a larger error may keep the margin too, if skin is less sensitive at its frequencies.
-    None if no method has a margin, as without any error.
+    None if no method has a margin, for example because none has an error.
     """
     reached = [
         row["max_error"] * 10.0 ** ((row["threshold_margin_db"] - MARGIN_DB) / 20.0)
@@ -119,7 +119,7 @@ def with_unit(value: float, unit: str) -> str:
 
 
 def start_sentence(document: Document) -> str:
-    """Return a sentence on what a process takes once before it can compute."""
+    """Return a sentence on the time that a process needs once before it can compute."""
     once = f"Once a process: {with_unit(document['process_seconds'], 's')} to start, import, and load its kernels"
     compiling = document["compile_seconds"]
     return f"{once}; {with_unit(compiling, 's')} of it compiled them, once a machine." if compiling else f"{once}."

@@ -68,7 +68,7 @@ def _cells(document: Document, row: Row) -> tuple[str, ...]:
 
 
 def _short_name(method: str) -> str:
-    """Return the name of a method without what its heading says."""
+    """Return the name of a method without the words of its heading."""
     rest = method.partition(",")[2].strip() or method
     return rest.replace(POINTS, "").replace(" phases", "") if POINTS in rest else rest
 

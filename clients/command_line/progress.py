@@ -108,8 +108,8 @@ class Waiting:
 
 
 def _with_compiling(label: str) -> str:
-    """Return the label; while kernels are compiled, it says so."""
-    start_up = sys.modules.get("synth.plan.process_start")  # imported before there is anything to wait for
+    """Return the label, with a note while kernels are compiled."""
+    start_up = sys.modules.get("synth.plan.process_start")  # imported before the wait begins
     if start_up is not None and start_up.compiling():
         return f"{label} (compiling, once on this machine)"
     return label

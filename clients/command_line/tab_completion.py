@@ -1,7 +1,7 @@
 """Completion with TAB: commands, options, files, textures, and fields of a scene.
 
-The shell runs `ridgewave` with _ARGCOMPLETE set, as the script of `ridgewave completion` says. argcomplete reads the
-grammar of `parser` and takes values from here. Nothing else of the program runs.
+The script of `ridgewave completion` makes the shell run `ridgewave` with _ARGCOMPLETE set. argcomplete reads the
+grammar of `parser` and takes values from this module. Nothing else of the program runs.
 
 Limits: a field is completed up to its `=`, not its value.
 """
@@ -40,7 +40,7 @@ def textures(prefix: str, **_rest: Any) -> list[str]:
     from synth.scene.catalogue import catalogue_names
 
     names = [*catalogue_names()]
-    with suppress(CannotRender):  # a store that cannot be read: the command itself says so
+    with suppress(CannotRender):  # a store that cannot be read: the command itself reports it
         names += [texture.name for texture in own_store().textures("")]
     return [name for name in names if name.startswith(prefix)]
 

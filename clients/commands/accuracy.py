@@ -33,7 +33,7 @@ NO_PLOTS = (
 
 def run(arguments: argparse.Namespace) -> int:
     """Carry out the command; raises InvalidRequest, CannotRender, OSError."""
-    begun()  # before matplotlib is imported, which is not part of the start of a render
+    begun()  # before the import of matplotlib, which a render does not need
     scene = read_scene(arguments)
     replaced = []
     if arguments.output is not None:

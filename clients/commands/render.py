@@ -74,7 +74,7 @@ def render_recording(
 ) -> dict[str, Any]:
     """Render the recording of a live session into `target`; return the result as `--json` prints it.
 
-    The samples are those that were sent, or, if exact, those of the same motion to the scene's tolerance.
+    The samples are those that were sent or, if `exact`, those of the same motion within the scene's tolerance.
     """
     from synth.voice.recording import Recording
 

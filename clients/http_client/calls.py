@@ -44,7 +44,7 @@ class Call(Generic[T]):
 
     answer: reads a successful response.
     body: a JSON document, or None.
-    file, fields: of a form, in place of a body: name and content of a file, and what is said about it.
+    file, fields: of a form, which replaces the body: name and content of the file, and the form's other fields.
     """
 
     method: str

@@ -145,7 +145,7 @@ class AsyncLive(LiveInterface):
                 except Closed as closed:
                     with self._changing():
                         self._protocol.lost(closed.closure)
-        except Exception as bug:  # the reader must learn of it
+        except Exception as bug:  # `read` raises it
             with self._changing():
                 self._protocol.over = bug
 

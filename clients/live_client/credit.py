@@ -8,7 +8,7 @@ CREDIT_SECONDS = 10.0  # s; largest credit. The service allows 60 s; less than a
 class Credit:
     """Frames that were requested and not received.
 
-    Credit is granted again when half of CREDIT_SECONDS is left, so that a long read does not take a message per block.
+    Credit is granted again when half of CREDIT_SECONDS is left, so that a long read does not need a message per block.
     """
 
     def __init__(self, sample_rate: int) -> None:

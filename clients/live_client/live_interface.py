@@ -234,7 +234,7 @@ class LiveInterface(ABC):
 
 
 def _ways_fault(**given: float | None) -> Fault:
-    """Return the fault of a move that does not say in one way where the finger is."""
+    """Return the fault of a move that does not state in exactly one way where the finger is."""
     names = " and ".join(name for name, value in given.items() if value is not None)
     allowed = "position, or x and y; direction only with x and y"
     return Fault("", names or "no position, x or y", allowed, "Write move(x=0.01, y=0.02, load=0.3), for example.")

@@ -6,8 +6,8 @@ Frames are numbered from the first frame that the stream received. Only whole me
 a break the next connection therefore requests frame `received`, and a message that was cut off changes nothing. A new
 session (reconnect "new") continues the numbers; `gaps` holds the frames at which one begins.
 
-Only the newest contact update is kept. It is sent before the credit of a read that was called after it, so that the
-frames of this read follow it. Otherwise it is sent last.
+Only the newest contact update is kept. If a read was called after it, it is sent before the credit of that read, so
+that the frames of the read follow it. Otherwise it is sent last.
 
 Limits: one reader. After a break, an update older than `max_silence` is not sent: it would move an actuator by an
 outdated motion of the hand.

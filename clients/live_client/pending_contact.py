@@ -1,7 +1,7 @@
 """The newest contact update of a hand, and whether it is still to be sent.
 
-Model: a newer update replaces one that waits. An update without a load or direction keeps the last one, but the service
-may lack it: it belonged to an update that was replaced, or the connection broke. So the next update has them.
+Model: a newer update replaces one that waits. An update without a load or direction keeps the last one. The service may
+not have that one, because its update was replaced or the connection broke. The next update then includes both.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from clients.live_client import wire_messages as wire
 class PendingContact:
     """The newest update.
 
-    newest: None before the first. unsent: whether it waits. first: whether it is sent before all else.
+    newest: None before the first. unsent: whether it waits. first: whether it is sent before changes and credit.
     """
 
     def __init__(self) -> None:
@@ -39,7 +39,7 @@ class PendingContact:
         return update.message()
 
     def drop(self) -> None:
-        """Send the newest update no more."""
+        """Do not send the newest update again."""
         self.unsent = self.first = False
 
     def connect_again(self, applied: int | None, oldest: float) -> None:

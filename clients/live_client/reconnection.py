@@ -4,8 +4,8 @@
     full (1013, HTTP 503)                                              connect again, after Retry-After or RETRY_AFTER
     anything else (1000, 1001, 1007 to 1010, 4408, other HTTP)         do not: the answer would be the same
 
-Delays double from one try to the next and are drawn at random below that bound (full jitter, Brooker 2015), so that the
-clients of a restarted service do not all connect at once.
+The bound of the delay doubles from one try to the next. Each delay is drawn at random below it (full jitter, Brooker
+2015), so that the clients of a restarted service do not all connect at once.
 """
 
 from __future__ import annotations

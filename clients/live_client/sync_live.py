@@ -159,7 +159,7 @@ class Live(LiveInterface):
                 except Closed as closed:
                     with self._changing():
                         self._protocol.lost(closed.closure)
-        except BaseException as bug:  # the reader must learn of it
+        except BaseException as bug:  # `read` raises it
             with self._changing():
                 self._protocol.over = bug if isinstance(bug, Exception) else ConnectionLost(repr(bug))
 

@@ -175,7 +175,7 @@ class Ready:
     """The `ready` message: a session that begins or is resumed.
 
     protocol: the version that the service has chosen, as its subprotocol.
-    over_area: whether the texture is over an area; version 1 does not state it, then it is False.
+    over_area: whether the texture is over an area; False in version 1, which does not state it.
     resume_url: path and query at which to resume the session; "" if any connection will do.
     full_scale: SI value of a sample of 1.0, per channel.
     block: frames per message of samples.

@@ -2,11 +2,11 @@
 
     python -m service.compute.import_process    {"path", "file", "options", "heights"} on standard input
 
-Model: a file from the network is read by many parsers, of which some are of other packages. A process bounds their
-    memory and time, and a fault of one ends that process only. Its outcome is one JSON object with "report", "spacing"
+Model: many parsers may read a file from the network, and some belong to other packages. A process bounds their memory
+    and time, and a fault of a parser ends that process only. Its outcome is one JSON object with "report", "spacing"
     and "picture" (PNG, base64), and the heights as NPY in the file "heights"; or with "faults" (InvalidRequest) or
     "reason" (CannotRender). AT_A_TIME imports run at a time in each process of the service; others wait.
-Limits: the bound on memory holds on Linux. A killed service leaves the process to its end.
+Limits: the bound on memory holds on Linux. If the service is killed, the process continues to its end.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ from service.problems import Problem, refused
 from synth.errors import shown
 from synth.scene.scene import Scene
 
-RETRY_SECONDS = 20  # a measurement takes up to a minute; at a random moment, half of it is left
+RETRY_SECONDS = 20  # a measurement takes up to a minute; on average, half of it is left
 
 
 class Measurements:

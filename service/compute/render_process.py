@@ -4,13 +4,13 @@
 
 Model: a thread cannot be stopped during a solve, and delays the end of its process; a process can be killed. The
     template process has loaded the solver's kernels, so that a copy of it (fork) is ready in about 4 ms. It has one
-    thread only, as fork requires. A copy and the service speak over a socket pair: the service sends orders, "go on"
-    and "lower", the copy sends messages as fast as they are read. A copy exits when its socket is closed, even if the
-    service was killed. A copy that has finished its order is kept for the next one, with its cache. Each order runs in
-    a thread of the copy. Long work is lowered to the lowest priority: on Linux the thread, so that the next order
-    begins at the usual priority.
+    thread only, as fork requires. A copy and the service communicate over a socket pair: the service sends orders,
+    "go on" and "lower"; the copy sends messages as fast as they are read. A copy exits when its socket is closed, even
+    if the service was killed. A copy that has finished its order is kept for the next one, with its cache. Each order
+    runs in a thread of the copy. Long work gets the lowest priority. On Linux only its thread gets it, so that the next
+    order begins at the usual priority.
 Limits: fork needs Linux or macOS. On macOS priority belongs to the whole process, so a copy that did long work is not
-    kept. Copies do not share what they have solved.
+    kept. Copies do not share their caches.
 """
 
 from __future__ import annotations
@@ -260,7 +260,7 @@ class _Copied:
         self._go = threading.Event()
 
     def run(self) -> None:
-        """Obey the service until it closes the socket; a thread computes meanwhile."""
+        """Receive the orders of the service until it closes the socket; a thread computes meanwhile."""
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         thread = threading.current_thread()
         try:

@@ -7,8 +7,8 @@ Model: `work` is a generator, so that it can be stopped between two steps, and w
     - A sound of up to `WHOLE_SAMPLES` is encoded and sent in one piece.
     - Longer WAV and raw sounds are sent piece by piece, because the header's sizes are known beforehand.
     - Longer FLAC is first written to an unnamed file, because its header holds sizes that are known at the end.
-Limits: a price measured at the beginning is too low where a recording becomes more expensive later. The bound of the
-    process on processor seconds holds then.
+Limits: a price measured at the beginning is too low where a recording becomes more expensive later. Then only the
+    bound of the process on processor seconds stops it.
 """
 
 from __future__ import annotations

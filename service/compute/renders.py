@@ -2,7 +2,7 @@
 
 Model: each runs in a process of its own (`render_process`), which is killed when its client disconnects. An order
     begins in a slot for short work (`work_places`). It frees the slot once it proves long, or has sent a price. The
-    price, in processor seconds, is admitted within two bounds: of the client's renders under way, and of all.
+    price, in processor seconds, is admitted within two bounds: of the client's sum under way, and of the sum of all.
 Limits: an engine that is passed in (by a test) works in threads of this process, which end after the current piece. A
     render that fails after its head was sent ends the connection early; the reader sees that from Content-Length.
 """

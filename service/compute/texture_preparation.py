@@ -1,16 +1,17 @@
-"""Solves textures before somebody asks for them, in a process of its own: those of the catalogue and imported ones.
+"""Solves the textures of the catalogue and imported ones before they are requested, in a process of its own.
 
-    python -m service.compute.texture_preparation FOLDER LOCK    the data folder, and the descriptor of its locked file
+    python -m service.compute.texture_preparation FOLDER LOCK    the data folder, and the descriptor of its lock file
 
-Model: one texture after the other is opened as the page and `/vr` open it: the newest imported ones first, then each
-    kind without fields, with which the page begins, then the catalogue. What that solves is kept as files
-    (`synth.kept_files`), which every process with the same data folder reads. A mark among these files shows
-    that a texture is done. The process looks for the next texture after each one, so it takes what is imported
-    meanwhile and leaves out what is deleted. It has one thread and the lowest priority: on Linux it runs only while a
-    processor has nothing else to do. One process at a time works for a data folder. It begins after the start of the
-    service and after an import. It ends when all are done, with the service, or when the service has gone.
-Limits: it takes its share of a quota of processor time, such as that of a container. Of imported textures it solves the
-    newest MOST_IMPORTED, of all keys together. What another program imports is found at its next beginning.
+Model: the textures are opened one by one, as the page and `/vr` open them: the newest imported ones first, then each
+    kind without fields, with which the page begins, then the catalogue. The solved responses are kept as files
+    (`synth.kept_files`), which every process with the same data folder reads. A mark among these files shows that a
+    texture is done. The process looks for the next texture after each one, so it includes textures that are imported
+    meanwhile and skips deleted ones. It has one thread and the lowest priority: on Linux it runs only while a processor
+    has nothing else to do. One process at a time works for a data folder. It begins after the start of the service and
+    after an import. It ends when all textures are done, with the service, or when the service has gone.
+Limits: it uses processor time of a quota, such as that of a container. Of the imported textures of all keys together,
+    it solves the newest MOST_IMPORTED of each kind. An import by another program does not start it:
+    its next run finds the texture.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ LOCK = "preparing.lock"  # in the data folder; locked by the process that works 
 MOST_IMPORTED = {"profile": 20, "heightmap": 4}  # with 5 and 67 MB of files each: more would displace the catalogue's
 SCANS: tuple[dict[str, Any], ...] = ({}, {"scan": {"speed": 0, "load": 0}})  # of the page, and of `/vr`
 LOWEST = 19  # nice value
-END_SECONDS = 1.0  # for the process to leave no half-written file; on a busy machine it may not get to run
+END_SECONDS = 1.0  # for the process to end without a half-written file; on a busy machine it may not run in this time
 ROOT = Path(__file__).resolve().parents[2]  # import path of the process
 
 log = logging.getLogger("ridgewave.service")
@@ -54,7 +55,7 @@ class TexturePreparation:
         self._closed = False
 
     def begin(self) -> None:
-        """Start the process, unless one works for the data folder: that one will look again. From any thread."""
+        """Start the process, unless one works for the data folder: it also finds new textures. From any thread."""
         if self._closed:
             return
         self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -70,14 +71,14 @@ class TexturePreparation:
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
-                pass_fds=[number],  # the lock goes with it
+                pass_fds=[number],  # the process inherits the lock
             )
         log.info("preparing textures at the lowest priority, in process %d", self._process.pid)
         if self._closed:
             self.close()
 
     def close(self) -> None:
-        """Ask the process to end; another start solves what it has not finished. Further calls do no harm."""
+        """Ask the process to end; the next start solves what it has not finished. Further calls do no harm."""
         self._closed = True
         if self._process is not None:
             self._process.terminate()
@@ -111,7 +112,7 @@ def solve_ahead(texture: dict[str, Any], folder: Path) -> None:
 
 
 def _mark(texture: dict[str, Any]) -> FileEntry[dict[str, Any]]:
-    """Return the mark that `texture` is done. It is not used again, so it is deleted soon after unused files are."""
+    """Return the mark that `texture` is done. A check is not a use, so it is deleted soon after unused files."""
     from synth.kept_files import FileEntry, json_form
 
     return FileEntry(f"prepared {json.dumps(texture, sort_keys=True)}", json_form(dict, dict))
@@ -146,7 +147,7 @@ def step_back() -> None:
 
 
 def main(folder: Path, lock: int) -> None:
-    """Solve the textures for the data folder `folder`. lock: descriptor of its file, locked; free at the end."""
+    """Solve the textures for the data folder `folder`. lock: descriptor of its lock file, locked by the caller."""
     import fcntl
 
     from synth.kept_files import KeptFiles
@@ -165,7 +166,7 @@ def main(folder: Path, lock: int) -> None:
             with suppress(RidgewaveError):
                 solve_ahead(found, folder)
         fcntl.flock(lock, fcntl.LOCK_UN)
-        if _next(store, files, tried) is None:  # an import before the file was free has begun no process
+        if _next(store, files, tried) is None:  # an import while the file was locked has started no process
             return
 
 

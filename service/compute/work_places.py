@@ -1,4 +1,4 @@
-"""Places (slots) for work that takes a millisecond or a minute, which is not known beforehand.
+"""Places (slots) for work whose duration, a millisecond or a minute, is not known beforehand.
 
 Model: work begins in one of a few places for short work. After LONG_SECONDS it counts as long: it gives its place up,
     `lower` is called so that it can continue at a lower priority, and it counts against the bounds on long work of its

@@ -67,7 +67,7 @@ class PumpedResponse(StreamingResponse):
         await send({"type": "http.response.body", "body": b"", "more_body": False})
 
     async def _stall(self) -> None:
-        """Return if the chunk that waits when the end is requested is not taken within the grace."""
+        """Return if a chunk that waited when the end was requested has not been taken within the grace."""
         assert self._ended is not None
         grace = await self._ended()
         taken = self._taken

@@ -1,6 +1,6 @@
 """Faults of query parameters: what the route allows, in words, from the schema of its parameters.
 
-Limits  A parameter is a choice, a boolean or a number. `x-unit` of its schema is the unit.
+Limits: a parameter is a choice, a boolean or a number. Its unit is `x-unit` of its schema.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
 The Content-Type is checked before a byte of the body is read. The size is checked while the body is read. A
 large file is kept in a temporary file meanwhile, not in memory.
 
-Limits: a form of another page is not kept off by its media type, as it is elsewhere (`request_body`). The checks of
-Origin and Host (`security`) keep it off.
+Limits: the media type does not refuse a form that another page posts, as it does elsewhere (`request_body`). The checks
+of Origin and Host (`security`) refuse it.
 """
 
 from __future__ import annotations

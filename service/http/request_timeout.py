@@ -7,8 +7,8 @@ Model: `RequestTimeout` stands between the event loop and `connection_limit.Conn
     between requests, a slow answer and an endless stream are not bounded here.
     Received data is parsed in pieces. After TURN_SECONDS the rest waits for one of the `Turns`, and the socket is not
     read meanwhile: a body in chunks of one byte takes the parser 0.7 us per byte.
-Limits: a body that the application does not read is closed HEAD_SECONDS after the answer. After its handshake, a
-    WebSocket has its own protocol (`service.live.websocket`).
+Limits: a connection whose body the application does not read is closed HEAD_SECONDS after the answer. After its
+    handshake, a WebSocket has its own protocol (`service.live.websocket`).
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ class RequestTimeout(asyncio.Protocol):
         return not self._held
 
     def _next_turn(self) -> bool:
-        """Use a turn; return False if there was nothing to do."""
+        """Use a turn; return False if no data waited."""
         if not self._held:
             return False
         if not self._parse():

@@ -5,7 +5,7 @@ From the network inwards:
     transport          the interface between a connection and the server: messages in and out
     connection         a connection: one task reads, one task writes
     conversation       the state machine of a connection, without I/O and without a clock
-    actions            what the state machine asks the connection to do
+    actions            what the state machine requests of the connection
     messages           the JSON Schemas of all messages, which are served, and check what clients send
     server_messages    the text messages of the server
     contact_update     contact updates in binary and in JSON

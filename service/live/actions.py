@@ -1,4 +1,4 @@
-"""What the state machine of a connection asks for: blocks to send, and actions to perform in order."""
+"""What the state machine of a connection requests: blocks to send, and actions to perform in order."""
 
 from __future__ import annotations
 

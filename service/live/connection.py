@@ -42,7 +42,7 @@ class Connection:
     """One accepted WebSocket. Implements `service.sessions.session.Peer` and `service.live.transport.Receiver`.
 
     version: of the protocol.
-    client: name of the client for limits of work.
+    client: name under which the client's work is limited.
     wire: the interface of the server beyond ASGI, None for a plain ASGI server.
     """
 
@@ -248,7 +248,7 @@ class Connection:
         elif stream.frame:
             session.detach(self)  # the connection broke during the opening
         else:
-            self._live.sessions.finish(session)  # the same, and no client knows the session
+            self._live.sessions.finish(session)  # the same, before the client knew the session's id
 
     def _start(self, work: Coroutine[Any, Any, None]) -> None:
         task = asyncio.get_running_loop().create_task(work)

@@ -6,7 +6,7 @@ Model: little-endian. A position or a speed takes 28 bytes: u8 version = 1, u8 f
     flags bit 0: 1 = value is a speed (m/s), 0 = a position (m). bit 1: 1 = no load; the last one remains. bit 2, of a
     place: 1 = no direction; the last one remains.
     A position is how far the surface has moved under the finger (p in h2(x - p) of eq. 2). A place is where the finger
-    is on the surface. The one is therefore the negative of the other.
+    is on the surface. Its x is therefore the negative of a position.
     Comparisons are written so that NaN fails them.
 Limits: one finger, contact 0.
 """

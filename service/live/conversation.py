@@ -41,7 +41,7 @@ class Phase(Enum):
 class Conversation:
     """The state of one connection.
 
-    version: of the protocol. It belongs to the connection: another one may resume the session in another version.
+    version: of the protocol, on this connection. Another connection may resume the session in another version.
     position: frame of the next block to send. It is behind the stream's frame while kept sound is sent again.
     """
 
@@ -119,7 +119,7 @@ class Conversation:
         return False
 
     def behind(self, frames: int) -> None:
-        """End the connection if so many frames, received without a pause, are a flood."""
+        """End the connection if this number of frames, received without a pause, is a flood."""
         if frames > self._rate.flood:
             self.end("policy", self._rate.problem())
 
@@ -154,7 +154,7 @@ class Conversation:
         self.actions.append(OpenVoice(message.get("scene", {}), Options.of(message)))
 
     def _out_of_turn(self, message: str | bytes) -> None:
-        """Keep a message that comes while the voice is being opened; drop one that comes after the end."""
+        """Keep a message that comes during the opening; drop one after the end; end at a binary one before hello."""
         if self.phase is Phase.OPENING:
             self._early.keep(message)
         elif self.phase is Phase.HELLO:

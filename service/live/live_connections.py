@@ -1,7 +1,7 @@
 """The live connections of one process: admits them, opens and resumes their sessions, checks and ends them.
 
 Model: a session whose connection broke is kept for RIDGEWAVE_RESUME; it renders nothing meanwhile. A connection that
-    resumes a session takes it over even if the earlier connection seems open, because a half-open one does.
+    resumes a session takes it over even if the earlier connection seems open: a half-open connection seems open too.
 """
 
 from __future__ import annotations

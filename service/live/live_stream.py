@@ -104,7 +104,7 @@ class LiveStream(VoiceStream):
             raise refused("/resume/frame", str(frame), allowed, "Begin a new session.", "not-found")
 
     def take(self, update: Update, now: float) -> None:
-        """Keep `update` for the next block, unless a newer one has arrived. It replaces the one that waits."""
+        """Keep `update` for the next block, in place of the one that waits, unless a newer one has arrived."""
         if update.seq > self._newest:
             waiting = self._waiting
             self._newest, self._waiting = update.seq, update if waiting is None else update.after(waiting)

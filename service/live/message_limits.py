@@ -11,7 +11,7 @@ from __future__ import annotations
 from service.problems import Problem
 
 FLOOD = 10  # multiple of the allowed rate that is a flood
-LEAST_FLOOD = 20_000  # frames without a pause that are a flood at least; fewer may pile up while the service stalls
+LEAST_FLOOD = 20_000  # fewer frames without a pause are no flood: they may pile up while the service stalls
 REPORT_SECONDS = 1.0  # between two problems that report the excess
 
 

@@ -324,7 +324,7 @@ def _fault(version: Version, kind: str, message: Mapping[str, Any], error: jsons
 
 
 def _place_fault(version: Version, message: Mapping[str, Any]) -> Fault:
-    """Return the fault of a contact that has not exactly one way to say where the finger is."""
+    """Return the fault of a contact that does not state in exactly one way where the finger is."""
     later = [name for name in _AREA if name in message and not version.has_area]
     if later:
         allowed = ", ".join(version.client["contact"]["properties"])
@@ -360,7 +360,7 @@ def allowed_text(made: Mapping[str, Any]) -> str:
 
 
 def _digits(number: float) -> str:
-    """Return `number` with all digits if it is whole: a client may write any of them."""
+    """Return `number` as text, with all digits if it is whole: a client may send any whole number up to it."""
     return str(int(number)) if float(number).is_integer() else f"{number:g}"
 
 

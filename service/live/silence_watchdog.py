@@ -1,8 +1,8 @@
 """The watchdog of a live stream: lifts the finger when updates stop.
 
 Model: after the first update, the next one must arrive within `max_silence`. A service that is late has not read its
-    messages either. So if the block is late, the watchdog waits for one more block, before which the service usually
-    reads. (It does not if the block timer calls a stream twice within EARLY_SECONDS.)
+    messages either. So if the block is late, the watchdog waits for one more block. The service usually reads before
+    that block, but not if the block timer calls a stream twice within EARLY_SECONDS.
 Limits: the watchdog acts when a block begins. A client that pulls nothing has no blocks.
 """
 

@@ -27,7 +27,7 @@ class Receiver(Protocol):
         """Count a ping, a pong or a part of a message; return whether it is within the allowed rate."""
 
     def behind(self, frames: int) -> None:
-        """Receive the number of frames since the server last had read everything that had come."""
+        """Receive the number of frames since the server last had read all received data."""
 
 
 class Wire(Protocol):

@@ -5,7 +5,7 @@ Model: uvicorn passes a connection on with its upgrade request. The library webs
     the event loop. Outgoing messages are framed here, several per write.
     A peer that does not read gets LINGER_SECONDS to read the rest and the close code; then its connection is aborted.
     On a shutdown, streams fade before they are closed. A peer that does not answer a ping is dropped. So is a peer that
-    leaves a frame half-sent, because no pong fits into the frame.
+    leaves a frame half-sent, because its pong cannot interrupt the frame.
 Source: RFC 6455; the ASGI specification, 2.4, "WebSocket" and "WebSocket Denial Response".
 Limits: no compression. `receive` reports only connect and disconnect; messages are passed on by
     `transport.Wire.deliver`.
@@ -82,7 +82,7 @@ class LiveProtocol(asyncio.Protocol):
         self._answered = self._open = self._listening = self._behind = self._lingers = self._over = self._gone = False
         self._ping: bytes | None = None  # the ping whose pong is awaited
         self._doubted = False
-        self._owed_pong = b""  # the pong that a peer which does not read will get
+        self._owed_pong = b""  # the pong to send when the peer reads again
         self._leaving: asyncio.TimerHandle | None = None
         self._timer: asyncio.TimerHandle | None = None  # of the next ping; after the close, of the next read
 
@@ -201,7 +201,7 @@ class LiveProtocol(asyncio.Protocol):
                 self._after(CLOSE_SECONDS, self.transport.abort)
 
     async def _send(self, message: Message) -> None:
-        """Take a message of the application's."""
+        """Take a message from the application."""
         await self._writable.wait()
         if self._gone:
             raise PeerGone
@@ -381,7 +381,7 @@ class LiveProtocol(asyncio.Protocol):
         self._after(LINGER_SECONDS, self.transport.abort)
 
     def _after(self, seconds: float, act: Callable[[], object]) -> None:
-        """Call `act` after `seconds` in place of the earlier step of the end."""
+        """Call `act` after `seconds`; it replaces the step of the end that was scheduled before."""
         if self._leaving is not None:
             self._leaving.cancel()
         self._leaving = None if self._gone else self.loop.call_later(seconds, act)

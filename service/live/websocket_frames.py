@@ -24,7 +24,7 @@ from service.live.transport import Receiver
 
 TURN_WORK = 512  # short messages per turn, or equal work; more delays other connections, less needs more turns
 PARSED_WORK = 4  # of a frame in the parser, 6 us; a short message takes 1.5 us
-BYTES_OF_WORK = 32  # bytes of payload that count as one more: a text of 64 kB takes 1 to 3 ms
+BYTES_OF_WORK = 32  # bytes of payload that count as one more short message: a text of 64 kB takes 1 to 3 ms
 FLOOD_BYTES = 1024  # of a frame that count as one more frame of a flood
 WHOLE_TEXT, WHOLE_BINARY, PING, PONG = 0x81, 0x82, 0x89, 0x8A  # first byte of a frame that is a whole message
 MASKED, SHORT = 0x80, 126  # second byte: the bit of the mask; sizes from here on follow the byte
@@ -67,7 +67,7 @@ class FrameReader:
         self._left = 0  # missing bytes of the frame that the parser has begun
         self._opcode: Opcode | None = None  # of a fragmented message that is incomplete
         self._parts = bytearray()
-        self._in_a_row = 0  # frames since everything had been read
+        self._in_a_row = 0  # frames since all received data had been read
 
     def take_whole(self, data: bytes) -> bool:
         """Pass on `data` if it is exactly one short binary message, as most contacts are; return whether it was."""
@@ -110,7 +110,7 @@ class FrameReader:
         return True
 
     def _next(self, held: bytes, place: int) -> tuple[int, int]:
-        """Read what is there of the frame at `place`; return the bytes read (0: more are needed) and the work."""
+        """Read the received part of the frame at `place`; return the bytes read (0: more are needed) and the work."""
         if not self._left:
             size = frame_size(held, place)
             whole = 0 < size <= len(held) - place

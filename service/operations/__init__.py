@@ -1,1 +1,1 @@
-"""What those who run the service see: settings, metrics, logs, health, and several workers as one."""
+"""What operators of the service see: settings, metrics, logs, health, and several workers as one."""

@@ -4,8 +4,9 @@ Model: the counters, gauges and histograms are those of prometheus_client, in a 
     other parts count (the cache, the sessions) are read when the registry is collected (`watch`). `merged` adds up the
     workers. Every value of every label is known here, so the number of series is fixed, and no label holds a session's
     id or anything that a client wrote.
-Limits: 2 to 3 us per block (tests/bench/service_watch.py prints it). Methods may be called from any thread. The mode of
-    prometheus_client for several processes is not used: it takes 4 us per block and cannot read a gauge on demand.
+Limits: a block costs 2 to 3 us (tests/bench/service_watch.py prints it). Methods may be called from any thread. The
+    mode of prometheus_client for several processes is not used: it takes 4 us per block and cannot read a gauge on
+    demand.
 """
 
 from __future__ import annotations
@@ -233,7 +234,7 @@ def snapshot(families: Iterable[Metric]) -> Snapshot:
 def merged(own: Iterable[Metric], present: Sequence[Snapshot] = (), ended: Sequence[Snapshot] = ()) -> Iterator[Metric]:
     """Yield the metrics of the whole service.
 
-    own: the metrics of the worker that was asked.
+    own: the metrics of the worker that received the request.
     present: the snapshots of the other workers that are running.
     ended: the snapshots of workers that have ended. They count in counters and histograms, not in gauges.
     """
@@ -266,7 +267,7 @@ class _Families(Collector):
         return self._read()
 
     def describe(self) -> Iterable[Metric]:
-        """Return nothing: what there is, is known only when it is collected."""
+        """Return nothing: the metrics are known only when they are collected."""
         return []
 
 

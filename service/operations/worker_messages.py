@@ -4,7 +4,7 @@ Model: each worker has a Unix datagram socket with a random name in a private fo
     and removes. Every socket in the folder is a worker. A socket that refuses belongs to a dead worker and is removed.
     `ask` sends the question before it returns. If a worker's queue is full, the question is sent again until it fits,
     so that every live worker gets a stop. Answers are awaited for a bounded time.
-Limits: a worker that hangs does what it was asked when it wakes. Unix only. Whoever may write into the folder (the
+Limits: a worker that hangs acts on the question when it continues. Unix only. Whoever may write into the folder (the
     user of the service) may ask any question.
 """
 

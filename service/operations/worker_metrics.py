@@ -1,4 +1,4 @@
-"""The metrics of all workers, collected by the one that is asked.
+"""The metrics of all workers, collected by the one that receives the request.
 
 Model: each worker stores its metrics in a file in the private folder of the workers: when another worker asks, every
     few seconds, and at its end. A scrape asks the others, waits a bounded time, and merges the files. A worker that

@@ -1,7 +1,7 @@
 """The entry point of each worker process, where there are several. It reads its settings from the environment.
 
-Model: a worker ends, as after SIGTERM, when its parent has gone, because nothing else would replace or end it. It
-    notices from a pipe that the parent holds open, even if the parent went while the worker was starting.
+Model: a worker ends, as after SIGTERM, when its parent has ended, because nothing else would replace or end it. It
+    detects this by a pipe that the parent holds open, even if the parent ended while the worker was starting.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def app(engine: Engine | None = None) -> FastAPI:
 
 
 def _with_parent(lifespan: Callable[[FastAPI], Any]) -> Callable[[FastAPI], Any]:
-    """Return a `lifespan` that ends when the parent process has gone."""
+    """Return a `lifespan` that ends when the parent process has ended."""
 
     @asynccontextmanager
     async def watched(app: FastAPI) -> AsyncIterator[None]:
@@ -55,7 +55,7 @@ def _with_parent(lifespan: Callable[[FastAPI], Any]) -> Callable[[FastAPI], Any]
 
 @contextmanager
 def _ended_by_parent(loop: asyncio.AbstractEventLoop) -> Iterator[None]:
-    """Within, this process ends with its parent, at once if that has already gone."""
+    """Within, this process ends with its parent, at once if that has already ended."""
     parent = multiprocessing.parent_process()
     if parent is None:  # started by hand
         yield

@@ -1,9 +1,10 @@
 """The pacing of a stream: when the next block is due, and whether the reader or the service makes it late.
 
 Model: the block at frame n is due at start + (n - first) / rate - lead. The time is absolute, so errors of sleeps do
-    not add up (relative sleeps drift by 2-5 %). The time that writes wait is the reader's. A reader is too slow if more
-    than half of the lateness is the reader's. While a write waits, `behind` is called often; at most LOOK_SECONDS
-    between two calls count as the reader's, since a service that is late itself does not write.
+    not add up (relative sleeps drift by 2-5 %). The time that writes wait is caused by the reader. If that is more than
+    half of the lateness, the reader is slow from half of `slow_reader` on, and too slow beyond `slow_reader`. While a
+    write waits, `behind` is called often; at most LOOK_SECONDS between two calls count as caused by the reader, since a
+    longer interval shows that the service itself is late.
     Live streams share one `BlockTimer`: a timer and a task per block would cost more than the block.
 Limits: a stream that is late by up to FORGIVEN_SECONDS beyond its lead catches up in a burst. If it is later, its clock
     restarts: the reader had silence for that time, and every later block is due that much later. The timer of the event

@@ -56,7 +56,7 @@ class Peer(Protocol):
 
     @property
     def client(self) -> str:
-        """Return the name of the client for limits of work."""
+        """Return the name under which the client's work is limited."""
 
     def check(self, now: float) -> None:
         """End or warn the connection if it is too late by the clock."""
@@ -76,7 +76,7 @@ class Peer(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Owner:
-    """Who opens a session. client: name for limits of work. key: number of the key, None without keys."""
+    """Who opens a session. client: name under which the work is limited. key: number of the key, None without keys."""
 
     client: str
     key: int | None

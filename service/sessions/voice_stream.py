@@ -140,6 +140,6 @@ class VoiceStream:
 
 
 def _timed_apart(render: Callable[[int], Rendered], frames: int) -> tuple[Rendered, float]:
-    """Return the block and its seconds by the clock of the thread; by the wall clock, concurrent blocks are slow."""
+    """Return the block and its seconds by the thread's clock; the wall clock would count concurrent blocks as slow."""
     began = time.thread_time()
     return render(frames), time.thread_time() - began

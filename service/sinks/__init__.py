@@ -1,7 +1,7 @@
 """Outputs on the machine itself: audio devices, and files in one folder.
 
-Model: sound leaves the service in three ways, all behind the limiter of the live voice. They differ in what keeps the
-    time. A device (`audio_device`) keeps it itself: a thread fills a ring buffer ahead of the device's callback. A file
+Model: sound leaves the service in three ways, all behind the limiter of the live voice. They differ in what sets the
+    pace. A device (`audio_device`) sets it: a thread fills a ring buffer ahead of the device's callback. A file
     (`file_sink`) is written at the pace of a clock. A network peer (`http.paced_stream`, and the live protocol) is not
     a `Sink`: the event loop writes to it, so that many peers need no threads. If one output fails, the session and
     its other outputs continue.

@@ -11,7 +11,7 @@ Limits: the latency is the ring (40 ms by default, plus as much as the device bu
     that takes nothing for the timeout of `write` has stalled. A device whose stream ends by itself has vanished.
     `failure` and the next `write` report both. The device does not play again when it comes back, because an actuator
     must not move unexpectedly. Opening and starting a device may take 5 s, and ending it 1 s; after that the driver's
-    thread is abandoned and `failure` says so. What the device has buffered (two periods or more) cannot be dropped.
+    thread is abandoned and `failure` reports it. What the device has buffered (two periods or more) cannot be dropped.
 """
 
 from __future__ import annotations

@@ -75,7 +75,7 @@ class FileSink:
         self.close()
 
     def close(self) -> None:
-        """Complete the file. If that fails, nothing is left and `failure` says why."""
+        """Complete the file. If that fails, no file is left and `failure` reports why."""
         self._closed.set()
         with self._lock:
             if self._writer is None or self.failure is not None:

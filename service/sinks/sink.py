@@ -40,7 +40,7 @@ class Sink(Protocol):
 
     @property
     def failure(self) -> str | None:
-        """Return a sentence that says why the sink no longer works; None while it works."""
+        """Return a sentence on why the sink no longer works; None while it works."""
 
     def start(self, sample_rate: int, channels: int, metadata: Metadata | None = None) -> None:
         """Open the sink. Raises CannotRender or InvalidRequest if that fails."""

@@ -216,8 +216,8 @@ class Store:
     def named(self, document: Any, owner: str) -> Any:
         """Return the `document` of a scene, whole or partial, with a name of `owner` replaced by its surface.
 
-        A name that neither a kind, nor the catalogue, nor the store has stays, and the scene is refused. Raises
-        SceneError if a texture of `owner` has the nearest name.
+        A name that is no kind, and neither in the catalogue nor in the store, stays; the scene is then refused. Raises
+        SceneError if the nearest known name is that of a texture of `owner`.
         """
         texture = document.get("texture") if isinstance(document, Mapping) else None
         name = texture.get("kind") if isinstance(texture, Mapping) else None
@@ -238,7 +238,7 @@ class Store:
         return lookup(name, [texture.name for texture in self.textures(owner)]) if found is None else found
 
     def _check_misspelt(self, name: str, owner: str) -> None:
-        """Raise SceneError if of all names that of a texture of `owner` is nearest to `name`."""
+        """Raise SceneError if the known name nearest to `name` is that of a texture of `owner`."""
         from synth.scene.rules import nearest
         from synth.scene.texture_registry import kinds
 
@@ -283,7 +283,7 @@ class Store:
         try:
             made = "SELECT count(*) FROM sqlite_master WHERE name = 'textures_by_address'"  # the last of TABLES
             if not database.execute(made).fetchone()[0]:
-                database.execute("PRAGMA auto_vacuum = FULL")  # a deleted surface gives its place on the disk back
+                database.execute("PRAGMA auto_vacuum = FULL")  # deleting a surface frees its place on the disk
                 database.executescript(TABLES)
             with suppress(sqlite3.OperationalError):  # refused while another reads or writes: a later call does it
                 database.execute("PRAGMA journal_mode = WAL")

@@ -1,10 +1,10 @@
-"""The choice of a texture, under the finger with which the page begins, to the first block.
+"""The time from the choice of a texture, under the finger with which the page begins, to the first block.
 
 Model: every third texture of the catalogue is opened for a hand, first into an empty folder of kept files, then in
     another process, as after a restart. A random profile of 10 mm and random maps of 10 mm x 10 mm are imported and
     solved ahead, as the service does after an import, then opened in other processes, as the page and as `/vr` open
     them. Kernels are loaded. Times are processor times.
-Limits: what the service, the network and a browser add is not included.
+Limits: the time that the service, the network and a browser add is not included.
 """
 
 from __future__ import annotations

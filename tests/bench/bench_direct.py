@@ -2,8 +2,9 @@
 
 Model: a hand that strokes 40 mm and presses, in blocks of 480 frames at 48 kHz; processor time over the time of the
     block. The surfaces are `rough` with a period of 20 mm, and a random track of 1 m at 5 um, mirrored at its ends. The
-    track is opened in a fresh process with kernels loaded: the processor time from the scene to the first block of a
-    hand, and the growth of the process. Linear algebra has one thread there, as in the service.
+    layered table is that of `dots`, over which a hand circles at 100 mm/s. The track is opened in a fresh process with
+    kernels loaded: the processor time from the scene to the first block of a hand, and the growth of the process.
+    Linear algebra has one thread there, as in the service.
 Limits: the cost of a surface depends on how much of it touches.
 """
 

@@ -1,9 +1,9 @@
-"""Effects: the cost of a frame, of a voice's memory and of its set-up, for each effect alone, for all compatible sets,
-    and for the pulp of a fingertip under a hand.
+"""Effects: the cost of a frame, a voice's memory and its set-up, for each effect and for the largest permitted sets;
+    the frame and the set-up also for the pulp of a fingertip under a hand.
 
-The existing effects must not cost a scene without effects anything. So two equal voices without effects are timed in
-turn, and also one whose scene names every effect as null. Frames, set-up and steps are measured in processor time: they
-never wait, and other work on the core does not count.
+A scene without effects must not pay for the effects that exist. So two equal voices without effects are timed in turn,
+and also one whose scene names every effect as null. Frames, set-up and steps are measured in processor time: they never
+wait, and other work on the core does not count.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from tests.bench.timing import Figure, alternated, figure
 FRAMES = 480  # a live block: 10 ms at 48 kHz
 SOUND = 4800  # least frames per repeat: short, so that other work interrupts few of the repeats
 FRAME_TIME = 1e9 / 48000  # ns: real time
-FASTER = {"viscous_skin": 5.0}  # least speed in times real time, where it is not AT_LEAST
+FASTER = {"viscous_skin": 5.0}  # least permitted speed, in multiples of real time, where it is not AT_LEAST
 AT_LEAST = 20.0
 STEPS = 1 << 12
 
@@ -59,7 +59,7 @@ def scene_with(*names: str) -> Scene:
 
 
 def opened_live(scene: Scene) -> Voice:
-    """Return a voice with no more steps than can be played live."""
+    """Return a voice whose simulation takes no more steps than can be played live."""
     own = ResponseCache()
     return Voice(prepare(scene, own, paced=True), paced=True, cache=own)
 

@@ -2,7 +2,7 @@
 
 Model: one service of one worker. A neighbour (`live_load`: one realtime stream of 10 ms blocks, 100 updates per second)
     runs in a separate process. Another process floods (`flood`) with one kind of frame on one or several connections;
-    each kind in turn. The line "no flood" is the same time without a flood.
+    each kind in turn. The line "no flood" is a run of the same length without a flood.
 Limits: the service, the neighbour and the flood share the machine's cores; a gap includes the neighbour's own delay.
 """
 
@@ -30,7 +30,7 @@ from tests.service.harness import ROOT, Child, roomy_environment
 SECONDS = 8.0  # of each flood that is not closed earlier
 CONNECTIONS = (1, 8)
 BLOCK_SECONDS = 0.01
-GAP_MS = 50.0  # five blocks: a player with as much queued does not hear the flood
+GAP_MS = 50.0  # five blocks: a player that has five blocks queued does not run dry
 
 
 def figures(quick: bool) -> list[Figure]:

@@ -1,10 +1,10 @@
 """The layered table of a height map: making it, its memory, reading z, and its error against the exact solver.
 
-Model: the usual fingertip on a random self-affine map of 2,000 x 2,000 heights, 25 um apart, that joins itself: Hurst
+Model: the usual fingertip on a random self-affine map of 2,000 x 2,000 heights, 25 um apart, whose edges join: Hurst
     exponent 0.8, Rq 10 um, waves of 0.1 to 3 mm. The error in the band is that of a straight scan over a period at
     100 mm/s: the largest difference up to 1 kHz, relative to the peak-to-peak. A coarser lattice has fewer bytes.
-Limits: making is measured in processor time on one core, and in time with two threads. Reading continues along a scan;
-    from place to place at random it waits for the memory.
+Limits: making is measured in processor time on one core, and in time with two threads. Reads follow a scan; reads at
+    random places wait for the memory.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from synth.surfaces.surface_data import SurfaceData
 from tests.bench.timing import Figure, figure, one_core, repeated, seconds
 
 SPACING, SPEED, BAND = 25e-6, 0.1, 1000.0
-READS = 8000  # of a voice in a second
+READS = 8000  # reads of a voice per second
 LIMITS = {"seconds": 3.0, "megabytes": 64.0, "nanoseconds": 100.0}
 USUAL = 0.02, 2.0  # N
 SCANS = ((0.05, (1, 0)), (0.3, (1, 1)), (1.0, (0, 1)))  # load (N), periods along and across
@@ -76,7 +76,7 @@ def self_affine(count: int) -> Any:
 
 
 def fingertip_on(heights: Any) -> Contact:
-    """Return the usual fingertip on a map that joins itself."""
+    """Return the usual fingertip on a map whose edges join."""
     scene = parse_scene({"finger": {"kind": "fingertip"}})
     contact, area = contact_of(scene), MeasuredArea(SurfaceData(heights, (SPACING, SPACING)), "join")
     assert isinstance(contact, FingertipContact | CombOnArea)
@@ -84,7 +84,7 @@ def fingertip_on(heights: Any) -> Contact:
 
 
 def made_spacing(table: LayeredTable, count: int) -> float:
-    """Return the distance of two places along (m)."""
+    """Return the distance between neighbouring places along the scan (m)."""
     return count * SPACING / table.places[0]
 
 

@@ -2,8 +2,8 @@
 
 Model: the two are served in turn, A B A B, each in its own processes, so that a temporary slowdown of the machine
     affects both. The load comes from a separate process (`live_load`). A ratio of 1 means that the synthesis has no
-    effect that a stream would notice. The most streams are found by doubling until a block is missing or one in a
-    thousand is later than `LATE`, then by halving the gap. A step that fails is tried once more. Each run is reported
+    effect on the streams. The most streams are found by doubling until a block is missing or one in a
+    thousand is later than `LATE`, then by bisection. A step that fails is tried once more. Each run is reported
     on stderr as it ends.
 Limits: server and load share the machine: on two cores two workers and the load compete. It takes minutes.
 """
@@ -21,7 +21,7 @@ from tests.bench.timing import Figure
 from tests.service.harness import ROOT, Child, roomy_environment
 
 REAL, ZEROS = "service", "tests.service.serve_zeros"
-LATE = 0.01  # s: a block of 10 ms that is one block late leaves a player that has one block queued with none
+LATE = 0.01  # s: a block of 10 ms that is one block late finds a player with one queued block empty
 SEARCH_SECONDS = 10.0  # of one step of the search: a thousand blocks per stream
 SCENES = 8  # different textures and loads, in turn
 FIRST_STEP = 25  # first number of streams of the search

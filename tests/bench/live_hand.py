@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 REACH = 0.03  # m to either side: the usual sweep of a finger; a much longer one is that of an arm
 PACE_HZ = 0.7  # sweeps there and back per second: with REACH, 0.13 m/s at the middle; no hand exceeds 3 Hz
-FASTEST = 0.16  # m/s: 2 pi REACH PACE_HZ, plus the fifth by which paces differ
+FASTEST = 0.16  # m/s, of a sine: 2 pi REACH PACE_HZ, plus the fifth by which paces differ
 LOAD = 0.4  # N, the middle
 LOAD_SWING = 0.3  # of the middle
 LOAD_HZ = 0.23  # slow compared with the strokes, and not a simple fraction of them
@@ -47,7 +47,7 @@ class Hand:
 def scene(index: int, sample_rate: int) -> dict[str, Any]:
     """Return one of the scenes that streams use in turn; 0 is the default scene at the speed of these hands.
 
-    Full scale is that of a scan at the hand's largest speed, so that the limiter has little to do.
+    Full scale is that of a scan at FASTEST, so that the limiter has little to do.
     """
     output = {"sample_rate": sample_rate}
     if index == 0:

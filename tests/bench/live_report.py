@@ -118,6 +118,6 @@ def _felt(stream: Stream, window: Window) -> Array:
 
 
 def _drift(late: Array) -> float:
-    """Return the lag (s) that the server's clock gained on this machine's over the window: last second minus first."""
+    """Return the lag (s) that the server's clock gained over the window: median of the last tenth minus the first."""
     tenth = max(1, len(late) // 10)
     return float(np.median(late[-tenth:]) - np.median(late[:tenth])) if len(late) else 0.0

@@ -5,7 +5,8 @@ request.
 
 Model: plain asyncio, one timer for all streams, so its cost is that of the protocol's bytes. `Faults` are those that
     the tests of the load generator require it to find.
-Limits: realtime, f32le, mono; no sound, no ranges, no problems; contact updates in their binary form. Not the service.
+Limits: not the service. Realtime, f32le, mono; only zeros, no checks of ranges, no problem messages; contact updates in
+    their binary form.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ EARLIEST = 0.0005  # s: shortest sleep of the server's timer
 
 @dataclass(frozen=True, slots=True)
 class Faults:
-    """Faults on request: it drops the block of that number, applies updates backwards, delays a block (s)."""
+    """Faults on request: drop or delay (s) the block of a number, apply updates backwards, speed up the clock."""
 
     lost_block: int | None = None
     backwards: bool = False

@@ -6,8 +6,9 @@
 Model: day: a live voice of a constant scan renders every frame of 24 h as fast as possible. Its phase is compared with
     exact integer arithmetic: frame * speed / (rate * period) turns. The clock that paces blocks runs through the same
     day on a simulated time, whose sleeps end late.
-    hands: the load generator runs on the service. The service's memory is read after the warm-up and at the end. Its
-    clock is compared with this machine's: how much later blocks arrive at the end than at the beginning.
+    hands: the load generator runs on the service. The growth of the service's memory is that from the second tenth of
+    the time to the ninth. Its clock is compared with this machine's: by how much blocks arrive later at the end than at
+    the beginning.
 Limits: a day at 48 kHz is 4.1e9 frames: a few minutes of one core. A hand's voice costs several times that. Its phase
     is that of the received positions, so only the speed of its updates could drift.
 """
@@ -151,7 +152,7 @@ class Memory:
             self._thread.join()
 
     def growth(self) -> float | None:
-        """Return the growth from the second tenth of the time, after the warm-up, to the last but one; both medians."""
+        """Return the growth from the second tenth of the time (after the warm-up) to the ninth, between medians."""
         tenth = len(self.read) // 10
         if tenth == 0:
             return None

@@ -1,1 +1,1 @@
-"""What is known of touch, beside the output of the model: `python -m tests.fidelity` prints the table of docs."""
+"""What is known of touch, compared with the model's output: `python -m tests.fidelity` prints the table of docs."""

@@ -10,7 +10,7 @@ from tests.fidelity.facts import FACTS, FINGERS
 
 
 def facts() -> Iterator[str]:
-    """Yield a row a fact."""
+    """Yield one row per fact."""
     yield "| fact | source | comb | fingertip |"
     yield "| --- | --- | --- | --- |"
     for fact in FACTS:
@@ -25,7 +25,7 @@ TABLES = {"facts": facts, "halfspace": half_space.table, "levels": levels.table,
 
 
 def main() -> None:
-    """Print the table that the command names, a row at a time."""
+    """Print the table that the command names, row by row."""
     parser = argparse.ArgumentParser(prog="python -m tests.fidelity", description="print a table of docs/fidelity.md")
     parser.add_argument("table", nargs="?", choices=TABLES, default="facts")
     for line in TABLES[parser.parse_args().table]():

@@ -1,6 +1,6 @@
 """The published facts, each with the answer of the model and whether it agrees.
 
-To add a fact, add it to FACTS; docs/fidelity.md has its row from `python -m tests.fidelity`.
+To add a fact, add it to FACTS; `python -m tests.fidelity` prints its row for docs/fidelity.md.
 
 Source  Johansson & LaMotte (1983), Somatosens. Res. 1:21, abstract: an edge is detected from 0.85 um (sd 0.22 um) on.
         Miyaoka, Mano & Ohka (1999), J. Acoust. Soc. Am. 105:2485, abstract: ridges of 6.3 to 25 um are told apart where
@@ -43,7 +43,7 @@ class Fact:
     name: what was found.
     source: author and year.
     answer: the model's answer for a name of FINGERS, in words, and whether it agrees.
-    agrees: the fingers that agree, as docs/fidelity.md says.
+    agrees: the fingers that agree, as docs/fidelity.md states.
     """
 
     name: str
@@ -162,4 +162,4 @@ FACTS = (
     Fact("an edge of 3 um is felt", "Johansson & LaMotte 1983", _edge(3e-6, True), ()),
     Fact("an edge of 0.3 um is not felt", "Johansson & LaMotte 1983", _edge(0.3e-6, False), ("comb", "fingertip")),
 )
-"""Every fact that the page has."""
+"""Every fact of docs/fidelity.md."""

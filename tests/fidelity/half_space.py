@@ -2,7 +2,7 @@
 
 Model   A rigid texture is pressed on the ridges of a finger. In the model every point of the finger is a spring of its
         own, with k of eqs 4-5. Here the finger is an elastic half-space of the same contact modulus E*, whose surface
-        has the same ridges: a point that is pressed takes its neighbours with it. A comb is a block of L by L, and
+        has the same ridges: a point that is pressed moves its neighbours too. A comb is a block of L by L, and
         carries nothing beyond its ends. A fingertip is round so that it touches over the footprint L0 at 1 N: the
         depth of its paraboloid at the edge of the footprint is 3 w / (8 E* a), a = L0 / 2 (Hertz).
 Source  Polonsky & Keer (1999), as the package ContactMechanics solves it; Johnson, Contact Mechanics (1985), sec. 4.2,
@@ -65,14 +65,14 @@ class Pressed:
 
 def contact_on(kind: str, texture: Section | None) -> Contact:
     """Return the contact of a default finger of `kind`; texture: None is a flat plate."""
-    if texture is None:  # eqs 4-5 have a period for a plate too: that of the ridges, as a fingertip takes it
+    if texture is None:  # eqs 4-5 need a period for a plate too: that of the ridges, as for a fingertip
         ridges = parse_scene({"finger": {"kind": kind}}).finger.ridge_period
         texture = {"period": ridges, "amplitude": 0.0}
     return contact_of(parse_scene({"finger": {"kind": kind}, "texture": texture}))
 
 
 def on_springs(kind: str, texture: Section | None, load: float) -> Pressed:
-    """Return what the model answers at `load` (N)."""
+    """Return the result of the model at `load` (N)."""
     contact, phases = contact_on(kind, texture), np.arange(PHASES) / PHASES
     first, z = contact.approach(phases, 0.0)[0], contact.approach(phases, load)[0]
     touching = contact.measure(phases, z, load)[1]
@@ -80,7 +80,7 @@ def on_springs(kind: str, texture: Section | None, load: float) -> Pressed:
 
 
 def on_half_space(kind: str, texture: Section | None, load: float) -> Pressed:
-    """Return what the same ridges on a half-space answer at `load` (N)."""
+    """Return the result of the same ridges on a half-space at `load` (N)."""
     contact = contact_on(kind, texture)
     x, y, finger = half_space_finger(kind, contact, load)
     size, period = (len(x) * (x[1] - x[0]), len(y) * (y[1] - y[0])), contact.geometry.texture_period

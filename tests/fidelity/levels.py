@@ -1,11 +1,11 @@
-"""The output beside detection thresholds: `python -m tests.fidelity levels`.
+"""The output compared with detection thresholds: `python -m tests.fidelity levels`.
 
 Model   Each sinusoid of the catalogue, named by its size, is scanned at 80 mm/s and 0.3 N. Of the lines of the approach
-        below 1 kHz, the one that exceeds the threshold of its frequency most is told, and by how much: its sensation
-        level.
+        below 1 kHz, the table shows the one that exceeds the threshold at its frequency most, and by how much: its
+        sensation level.
 Source  The thresholds are those of `synth.perception.threshold`: of a fingertip, and of a small probe with a surround.
-Limits  The two curves differ by 5 to 17 dB between 10 and 150 Hz. They are of vibrators that stay in place. The model
-        has one motion of the whole finger, and tells nothing of what is felt at one ridge.
+Limits  The two curves differ by 5 to 17 dB between 10 and 150 Hz. They hold for vibrators that stay in place. The
+        model has one motion of the whole finger, and does not describe what is felt at a single ridge.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from tests.fidelity.measures import strongest_felt
 
 
 def table() -> Iterator[str]:
-    """Yield a row a texture."""
+    """Yield one row per texture."""
     yield "| texture | comb | fingertip |"
     yield "| --- | --- | --- |"
     for entry in catalogue():

@@ -1,7 +1,7 @@
-"""Measures of the model's output that experiments have: lines, root mean square acceleration, power that is felt.
+"""Measures of experiments, taken from the model's output: lines, root mean square acceleration, power that is felt.
 
-Every measure takes a finger (a section of a scene) and gives the answer of the steady response. All are below 1 kHz,
-where skin feels.
+Every measure takes a finger (a section of a scene) and evaluates its steady response. Acceleration, and the
+power that is felt, are those of the lines below 1 kHz, where skin feels.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def lines(finger: Section, texture: Section, load: float = 0.3, phases: int = PH
 def heard(finger: Section, texture: Section, load: float = 0.3, speed: float = 0.08) -> tuple[Real, Real]:
     """Return frequency (Hz) and amplitude (m) of each line below BAND at `load` (N) and `speed` (m/s)."""
     period, found = lines(finger, texture, load)
-    if speed / period * len(found) < BAND:  # the lines of a long period, up to BAND
+    if speed / period * len(found) < BAND:  # a long period needs more phases for its lines up to BAND
         period, found = lines(finger, texture, load, ROUGH_PHASES)
     return in_band(period, found, speed)
 
@@ -93,7 +93,7 @@ def strongest_felt(finger: Section, texture: Section, threshold: str = "fingerti
 
 
 def edge_level(finger: Section, height: float) -> float:
-    """Return the power of an edge of `height` (m) over the threshold, in dB: up or down every 20 mm, four a second."""
+    """Return the power of an edge of `height` (m) over the threshold, in dB: up or down every 20 mm, 4 per second."""
     edges = {"kind": "grating", "period": "40 mm", "height": height, "duty": 0.5, "ramp": "0.05 mm"}
     return pacinian_power(finger, edges)
 
@@ -134,7 +134,7 @@ def rank_correlation(values: Real) -> float:
 
 
 def ridge_line(finger: Section, ridge_period: float, seeds: int = 6) -> float:
-    """Return how far (dB) the power near u / lambda1 exceeds that beside it, on random textures."""
+    """Return by how much (dB) the power near u / lambda1 exceeds that beside it, on random textures."""
     near, beside = [], []
     for seed in range(seeds):
         rough = {"kind": "rough", "period": "40 mm", "hurst": 0.8, "rms_height": "5 um", "seed": seed}
@@ -150,7 +150,7 @@ def ridge_line(finger: Section, ridge_period: float, seeds: int = 6) -> float:
 
 
 def grating_harmonics(finger: Section) -> tuple[float, float]:
-    """Return the strongest line of a grating over its fundamental (dB), and the power by which its lines fall."""
+    """Return the strongest line of a grating over its fundamental (dB), and the exponent by which its lines fall."""
     grating = {"kind": "grating", "period": "2 mm", "height": "40 um", "duty": 0.5, "ramp": "0.2 mm"}
     found = lines(finger, grating, phases=512)[1][1:20]
     slope = float(np.polyfit(np.log(np.arange(1, 20)), np.log(np.maximum(found, 1e-18)), 1)[0])

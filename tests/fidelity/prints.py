@@ -1,8 +1,8 @@
-"""Other prints than the default: `python -m tests.fidelity prints`.
+"""Prints of the finger other than the default: `python -m tests.fidelity prints`.
 
-Model   A print is a set of the fields of a fingertip and a seed. Of each set, this counts the seeds whose line at
-        u / lambda2 is the strongest or within 6 dB of it at each of 40 periods, and gives the largest change of the
-        acceleration in steps of 5 % of the period.
+Model   A print is a set of the fields of a fingertip and a seed. For each set, a row counts the seeds whose
+        line at u / lambda2 is the strongest, or within 6 dB of it, at each of 40 periods. It also gives the largest
+        change of the acceleration in steps of 5 % of the period, as the median of STEP_SEEDS seeds.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ SEEDS, STEP_SEEDS = 20, 8
 
 
 def table() -> Iterator[str]:
-    """Yield a row a set."""
+    """Yield one row per set."""
     yield "| print | seeds within 6 dB | worst | steps of the period, median of 8 seeds |"
     yield "| --- | --- | --- | --- |"
     for fields in SETS:

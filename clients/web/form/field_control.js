@@ -1,6 +1,6 @@
 /* The control of any field: a number, or a menu of words and kinds with the control of the chosen kind.
 
-Model: see number_control.js. The control of a number or of points is open before it has a value.
+Model: see number_control.js. If a number or points are chosen in the menu, their control opens before it has a value.
 Limits: a value of a kind that is not in the schema is shown as the default. */
 
 import { make } from "../dom.js";

@@ -10,7 +10,7 @@ import { make } from "../dom.js";
 import { readField } from "./schema_fields.js";
 import { displaced, same } from "../scene/merge.js";
 
-const MOST_NAMED = 3; // kinds that a field needs; if there are more, the kind that it cannot have is named
+const MOST_NAMED = 3; // values in "Only with"; if more are possible, "Not with" names the present value
 
 export class Form {
   #boxes = new Map();
@@ -69,8 +69,8 @@ export class Form {
     this.#boxes.delete(path);
   }
 
-  /** For the controls: returns which fields of the scene setting the field at `path` removes, and which fields of other
-   *  sections need one of its values; sentences or "". */
+  /** For the controls: returns the fields of the scene that setting the field at `path` removes, and the fields of
+   *  other sections that need one of its values, as sentences; "" for none. */
   note(path) {
     const [section, name] = path;
     if (path.length !== 2 || (section === "texture" && name === "kind")) return "";
@@ -120,7 +120,7 @@ export class Form {
   }
 
   #hide(scene, { name, controls, absent }) {
-    const elsewhere = new Map(); // what fields of this section need of other sections, in words -> their labels
+    const elsewhere = new Map(); // need of a value in another section, in words -> labels of the fields with that need
     for (const { field, control } of controls) {
       const lacks = this.#lacks(scene, field);
       control.element.hidden = lacks.length > 0;

@@ -8,7 +8,7 @@ import { partBetween, same, withField } from "../scene/merge.js";
 import { quantityOf } from "../scene/quantities.js";
 
 const DROPPED = /#problem-too-fast$/;
-const AGAIN = 1100; // ms until the service accepts messages again: it drops those of the rest of a second
+const AGAIN = 1100; // ms until the service accepts messages again: it drops excess messages until the second is over
 const HEADROOM = 1.25; // over the full scale that the limiter called for: later strokes may be stronger
 
 /** Returns `scene` with the full scale of the stream `ready`, so that a further stream is equally loud. Returns `scene`

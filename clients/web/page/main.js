@@ -81,8 +81,8 @@ export async function begin() {
   if (!actions.follow()) state.take(START_SCENE);
 }
 
-/** Requests the table that the first touch reads, so that whoever looks first does not wait for it. A scene with effects
- *  may need another table, which is left to the touch. */
+/** Requests the table that the first touch reads, so that it is ready if the user does not touch at once. A scene with
+ *  effects may need another table, which the touch then requests. */
 function makeTable({ scene, simulated }) {
   if (!simulated.length || Object.keys(scene.effects).length) return;
   call("POST", "/v1/tables", scene).catch(() => {}); // no answer is needed here: the touch reports any error
@@ -123,7 +123,7 @@ function follow({ form, state, session, views, plan, recorder, stale }) {
       clearTimeout(resting);
       const soundFirst = Boolean(session.player); // plan and picture would compete with it for the processor
       resting = setTimeout(show, settled && !soundFirst ? 0 : REST);
-      shown = null; // a return to the scene that was shown is shown again
+      shown = null; // so that a return to the scene that was shown is shown too
     }
     if (!sending && (settled || !fixed)) sending = setTimeout(send, SPACING);
     markSound();

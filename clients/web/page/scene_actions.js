@@ -53,7 +53,7 @@ export class SceneActions {
     try {
       if (!same(scene, START_SCENE)) hash = hashOf(scene);
     } catch {
-      /* too long for a link; "Copy link" says so */
+      /* too long for a link; "Copy link" reports it */
     }
     try {
       history.replaceState(null, "", hash || location.pathname + location.search);

@@ -1,8 +1,8 @@
 /* Greys the parts of the page that do not show or play the present scene yet, and says which.
 
 Model: sound, picture and plan each have a status: "current", "pending", "refused" (the part still belongs to the
-previous scene) or "none". The output is "awake" or "asleep". The pad is both picture and instrument: it is grey until
-both are current. */
+previous scene) or "none". The output is "awake" or "asleep". The pad shows the picture and plays the sound: it is
+grey until both are current. */
 
 import { byId } from "../dom.js";
 

@@ -1,8 +1,8 @@
 /* The import of a measured surface: a dialog with the options of docs/import.md, and what the service measures.
 
 Model: each change of an option sends the file with `?dry_run=true`, and the answer is shown: the report and a picture,
-or a fault beside each option. Nothing is kept before "Keep", which also checks the name. Of several answers the newest
-counts.
+or a fault beside each option. Nothing is kept before "Keep", which also checks the name. Only the answer to the
+newest request is shown.
 Limits: the file is sent again at each change. */
 
 import { byId, make } from "../dom.js";

@@ -8,7 +8,7 @@ const DIGITS = 4;
 const length = (metres) => showQuantity(metres, "m", DIGITS).replace(" um", " µm");
 const along = (values, text) => values.map(text).join(" × ");
 
-/** Returns one sentence that says what `report` is about. */
+/** Returns the number of points, size and Rq of `report` as a sentence. */
 export const summaryOf = ({ points, size, rq }) =>
   `${along(points, String)} points over ${along(size, length)}, Rq ${length(rq)}.`;
 

@@ -157,7 +157,7 @@ export class TextureTopView {
     context.fillRect(0, 0, width, height);
   }
 
-  /** Returns the picture of rows of heights, the first at the top. A row has one height more on both sides. */
+  /** Returns the picture of rows of heights, the first at the top. Each row has an extra height at both ends. */
   #shaded(rows) {
     const count = rows[0].length - 2;
     let steepest = 0;

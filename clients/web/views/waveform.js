@@ -1,9 +1,9 @@
 /* The waveform in physical units, standing still at constant speed.
 
-Model: as in an oscilloscope, the trace begins at a rising crossing of a trigger level: zero, or the mean if that is far
-from zero. Of all recent crossings, the one whose trace is most similar to the previous trace is chosen. Crossings are
-interpolated between samples. The scale is the full scale divided by 1, 2, 5, 10 and so on; the full scale is marked if
-it is visible.
+Model: as in an oscilloscope, the trace begins at a rising crossing of a trigger level. The level is zero at first, and
+moves to the mean if that is far from it. Of all recent crossings, the one whose trace is most similar to the previous
+trace is chosen. Crossings are interpolated between samples. The scale is the full scale divided by 1, 2, 5, 10 and so
+on; the full scale is marked if it is visible.
 Limits: one channel; the last second. Samples are joined by lines, or by their range in each pixel. */
 
 import { inWords, quantityOf } from "../scene/quantities.js";
@@ -17,8 +17,8 @@ const MANY = 12;
 const POINTS = 128; // of a trace, compared with the previous one
 const MOST_CROSSINGS = 160; // compared per drawing
 const QUIET = 1e-4; // of full scale; smaller vibrations do not trigger
-const OFF = 0.1; // of peak-to-peak: distance of the mean at which the trigger level moves to it
-const ROOM = 1.12; // scale over the largest value
+const OFF = 0.1; // of peak-to-peak: distance of the mean from the trigger level at which the level moves to it
+const ROOM = 1.12; // scale relative to the largest value
 const SHRINK_AFTER = 1000; // ms with too large a scale
 
 export class Waveform {

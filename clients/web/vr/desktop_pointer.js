@@ -13,7 +13,7 @@ const HOVER = 0.012; // m over the surface, height at which a pointer without a 
 const TURN = 0.006; // rad per pixel
 const KEY_TURN = 0.08; // rad per key press
 const BOUNDS = { yaw: [-1.2, 1.2], pitch: [0.25, 1.5], distance: [0.3, 2.5] };
-const MARGIN = 1.15; // of the first view over the table, whose near edge is closer than its middle
+const MARGIN = 1.15; // factor of the first distance: the near edge of the table is closer than its middle
 
 const within = (value, [least, most]) => Math.min(most, Math.max(least, value));
 

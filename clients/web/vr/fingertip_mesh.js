@@ -8,7 +8,7 @@ import { MOST_LOAD } from "./contact_model.js";
 
 const FINGERS = [1, 5, 10, 15, 20]; // first joint of each finger in XRHand; joint 0 is the wrist
 const JOINTS = 25;
-const BONE = 0.85; // thickness of a rod over that of its thinner joint
+const BONE = 0.85; // thickness of a rod relative to that of its thinner joint
 
 /** Colour of touched swatches and of rings. */
 export const TOUCHED = 0x1f6f8b;

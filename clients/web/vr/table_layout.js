@@ -31,7 +31,7 @@ const HEIGHT_OVER_WIDTH = 3; // makes slopes of 0.02 to 0.12 visible in the ligh
 /**
  * @param {{name: string, group: string}[]} entries of the catalogue
  * @param {number} most number to keep
- * @returns the kept entries: as many of each group as of another, or one more, spread evenly over the group
+ * @returns the kept entries: of each group equally many, or one more, if it has them; spread evenly over the group
  */
 export function chooseSwatches(entries, most = MOST) {
   const groups = [...Map.groupBy(entries, ({ group }) => group).values()];

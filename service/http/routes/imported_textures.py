@@ -166,7 +166,7 @@ def _new_name(text: bytes) -> str:
     responses=openapi.problem_answers("not-found", "cannot-render"),
 )
 async def delete(request: Request, name: str) -> Response:
-    """Its surface goes with its last name. A session that plays it goes on."""
+    """The surface is deleted with its last name. A session that plays it continues."""
     own = service_of(request).textures
     if not await asyncio.to_thread(own.store.delete, own.owner(request.scope.get(KEY)), name):
         raise _no_texture(name)

@@ -74,6 +74,6 @@ async def live_schema_v2() -> Response:
     responses=openapi.problem_answers("not-found"),
 )
 async def recording(request: Request, session_id: str) -> Response:
-    """Of a live session whose `hello` had `record`: during the session and for RIDGEWAVE_SESSION_IDLE after it."""
+    """The recording of a live session whose `hello` had `record`, during it and for RIDGEWAVE_SESSION_IDLE after it."""
     body = await service_of(request).sessions.recording(session_id, request.scope.get(KEY))
     return Response(body, media_type="application/json", headers={"Cache-Control": "no-store"})

@@ -76,7 +76,7 @@ async def ready(request: Request) -> Response:
     responses=openapi.problem_answers(),
 )
 async def metrics(request: Request) -> Response:
-    """Of all workers, in the text format of Prometheus or as OpenMetrics. docs/operations.md lists each metric."""
+    """The metrics of all workers, as text of Prometheus or as OpenMetrics. docs/operations.md lists each metric."""
     text, media_type = await service_of(request).worker_metrics.metrics(request.headers.get("accept", ""))
     return Response(text, headers={"Content-Type": media_type, "Cache-Control": "no-store"})
 

@@ -2,8 +2,8 @@
 
 Model: the files require no key, because they contain no secrets (`security.OPEN_PATHS`). A browser may keep them, but
     revalidates them each time (`no-cache`, and an ETag of the content), so that an update is seen at once.
-    Two policies restrict what the page may do: nothing from another host, no script or style inside the HTML. Only
-    files that a browser opens as a page carry them: on every script they would be a sixth of what is sent.
+    Two policies restrict what the page may do: nothing from another host, no script or style inside the HTML. They are
+    sent only with files that a browser opens as a page: with every script, they would be a sixth of what is sent.
 """
 
 from __future__ import annotations

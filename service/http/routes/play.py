@@ -22,7 +22,7 @@ from synth.scene.text import object_from_text
 
 router = APIRouter(tags=["play"])
 
-END_SECONDS = 5.0  # for a play to end; a device that takes longer has stalled, and its play says so
+END_SECONDS = 5.0  # for a play to end; a device that takes longer has stalled, and its play reports it
 BODY = {
     "type": "object",
     "additionalProperties": False,
@@ -66,7 +66,7 @@ async def play(request: Request, session_id: str) -> Response:
     responses=openapi.answer_of("Play", "The play, ended.") | openapi.problem_answers("not-found", "one-worker"),
 )
 async def end(request: Request, session_id: str) -> Response:
-    """The play fades out. The answer is sent when the device has played, or the file has, all of the sound."""
+    """The play fades out. The answer is sent when the device has played all of the sound, or the file holds it."""
     session = service_of(request).sessions.find(session_id, request.scope.get(KEY))
     player = session.player
     if player is None:

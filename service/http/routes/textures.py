@@ -1,8 +1,8 @@
 """`GET /v1/textures`, `/v1/textures/{name}` and its `/picture`: the catalogue, and what the caller has imported.
 
 Model: the catalogue is part of the release, so a picture is made once per process. A browser may keep it for a day;
-    then it asks again with its ETag, which is a hash of the file. That of an imported texture is made for each request,
-    because its name may come to mean another surface.
+    then it revalidates it by its ETag, which is a hash of the file. The picture of an imported texture is made for each
+    request, because its name may later refer to another surface.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def entry_document(entry: CatalogueEntry | StoredTexture) -> dict[str, Any]:
     | openapi.problem_answers("cannot-render"),
 )
 async def textures(request: Request) -> Response:
-    """Each with its title and group, and the scenes that it stands for; one entry also has its numbers."""
+    """Each has its title, its group and its scenes. The entry of a single texture also has its numbers."""
     own = service_of(request).textures
     stored = await asyncio.to_thread(own.store.textures, own.owner(request.scope.get(KEY)))
     found = [entry_document(entry) for entry in catalogue()] + [entry_document(texture) for texture in stored]
