@@ -23,7 +23,7 @@ Missing = np.ndarray[Any, np.dtype[np.bool_]]
 MOST_POINTS = 2**24  # 4096 x 4096: 64 MB as float32; the import of a larger one would take gigabytes
 LARGEST_FILE = 128 * 2**20  # bytes: MOST_POINTS points as 64-bit numbers
 FEWEST_POINTS = 2  # along each axis: one point has no spacing
-LARGEST_NUMBER = 1e12  # in the file's unit: nothing that is measured is larger, and its square could not be computed
+LARGEST_NUMBER = 1e12  # in the file's unit: no measured height is larger
 
 UNITS = {
     "km": 1e3,
