@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shutil
 from pathlib import Path
 
 import pytest
@@ -66,18 +67,25 @@ def test_the_waveform_figure_is_drawn(tmp_path: Path) -> None:
     assert b"<svg" in drawn["waveform.svg"]
 
 
+EXAMPLES = ("heavy-touch", "rough-surface")  # tests/synth/scene/test_examples.py renders the others
 SOUNDS = ("heavy-touch", "change")
 
 
 @pytest.mark.parametrize("asked", [SOUNDS, pytest.param((), marks=pytest.mark.thorough)], ids=["some", "all"])
-def test_the_sounds_to_listen_to_are_written_with_their_numbers(tmp_path: Path, asked: tuple[str, ...]) -> None:
-    listen([str(tmp_path), *asked])
-    examples = {path.stem for path in (ROOT / "docs" / "examples").glob("*.json")}
-    names = set(asked) or examples | {case.name for case in CASES}
-    assert {path.stem for path in tmp_path.glob("*.wav")} == names
-    report = (tmp_path / "report.txt").read_text("utf-8")
+def test_the_sounds_to_listen_to_are_written_with_their_numbers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, asked: tuple[str, ...]
+) -> None:
+    examples, folder = tmp_path / "examples", tmp_path / "sounds"
+    examples.mkdir()
+    for name in EXAMPLES:
+        shutil.copy(ROOT / "docs" / "examples" / f"{name}.json", examples)
+    monkeypatch.setattr("tests.listen.__main__.EXAMPLES", examples)
+    listen([str(folder), *asked])
+    names = set(asked) or {*EXAMPLES, *(case.name for case in CASES)}
+    assert {path.stem for path in folder.glob("*.wav")} == names
+    report = (folder / "report.txt").read_text("utf-8")
     assert all(f"{name}.wav  " in report for name in names)
-    assert read_metadata(tmp_path / "change.wav") is not None
+    assert read_metadata(folder / "change.wav") is not None
 
 
 def test_a_sound_that_does_not_exist_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -16,9 +16,10 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from importlib.util import find_spec
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -86,8 +87,7 @@ def on_half_space(kind: str, texture: Section | None, load: float) -> Pressed:
     size, period = (len(x) * (x[1] - x[0]), len(y) * (y[1] - y[0])), contact.geometry.texture_period
     turns = np.arange(1 if texture is None else PHASES) / PHASES
     under = [finger + contact.geometry.texture(x - turn * period)[:, np.newaxis] for turn in turns]
-    solved = [pressed_half_space(heights, size, contact.stiffness.contact_modulus, load) for heights in under]
-    area, z = np.transpose(solved)
+    area, z = np.transpose(list(pressed_half_space(under, size, contact.stiffness.contact_modulus, load)))
     return Pressed.of_phases(area, np.array([np.max(heights) for heights in under]), z)
 
 
@@ -108,10 +108,12 @@ def half_space_depth(contact: Contact) -> float:
     return 3.0 * REFERENCE_LOAD / (4.0 * contact.stiffness.contact_modulus * contact.geometry.contact_length)
 
 
-def pressed_half_space(heights: Real, size: tuple[float, float], modulus: float, load: float) -> tuple[float, float]:
-    """Return the area that touches (m^2) and z (m) of a half-space that is pressed by a rigid surface.
+def pressed_half_space(
+    surfaces: Iterable[Real], size: tuple[float, float], modulus: float, load: float
+) -> Iterator[tuple[float, float]]:
+    """Yield the area that touches (m^2) and z (m) of a half-space that is pressed by each of some rigid surfaces.
 
-    heights: of the surface, m [x, y], over `size` (m).
+    surfaces: the heights of each, m [x, y], over `size` (m). A surface is solved from the forces of the one before.
     modulus: contact modulus E*, Pa.
     load: N.
     """
@@ -119,12 +121,24 @@ def pressed_half_space(heights: Real, size: tuple[float, float], modulus: float,
     from ContactMechanics.Optimization import constrained_conjugate_gradients
     from SurfaceTopography import Topography
 
-    solid, surface = FreeFFTElasticHalfSpace(heights.shape, modulus, size), Topography(heights, size)
-    tolerance = 1e-4 * float(np.std(heights))
-    found = constrained_conjugate_gradients(solid, surface, external_force=load, pentol=tolerance, maxiter=10_000)
-    assert found.success, found.message
-    forces = found.jac[: heights.shape[0], : heights.shape[1]]
-    return float(np.mean(forces > 0.0)) * math.prod(size), -float(found.offset)
+    silent = SimpleNamespace(pr=lambda *_told: None, st=lambda *_told, **_how: None)  # its own reads the call stack
+    forces = None
+    for heights in surfaces:
+        solid, surface = FreeFFTElasticHalfSpace(heights.shape, modulus, size), Topography(heights, size)
+        found = constrained_conjugate_gradients(
+            solid,
+            surface,
+            external_force=load,
+            initial_forces=forces,
+            pentol=1e-4 * float(np.std(heights)),
+            maxiter=10_000,
+            logger=silent,
+        )
+        assert found.success, found.message
+        inside = found.jac[: heights.shape[0], : heights.shape[1]]
+        forces = np.zeros_like(found.x)  # of twice the points along each axis, where nothing touches
+        forces[: heights.shape[0], : heights.shape[1]] = -inside
+        yield float(np.mean(inside > 0.0)) * math.prod(size), -float(found.offset)
 
 
 def table() -> Iterator[str]:

@@ -16,11 +16,14 @@ QUIETEST, LOUDEST = 0.05, 5.0
 """m/s^2 rms below 1 kHz: where accelerations of everyday scans lie (general knowledge: 0.1 to 5 at the nail)."""
 SMOOTH = {"window-glass"}
 """Smoother than that: glass does not vibrate by its contact."""
+COARSE = {"accuracy": {"tolerance": 0.03}}
+"""Of a texture over an area: the rms is the same to 1 in 1000, in less than half of the time."""
 
 
 @pytest.mark.parametrize("entry", few(catalogue(), 7), ids=lambda entry: entry.name)
 def test_an_everyday_scan_is_felt_or_has_a_note(entry: CatalogueEntry) -> None:
-    sound = render({**entry.everyday, "output": {"duration": 1.0}})
+    over_area = isinstance(profile_of(parse_scene(entry.everyday)), HeightField)
+    sound = render({**entry.everyday, **(COARSE if over_area else {}), "output": {"duration": 1.0}})
     rms = float(np.sqrt(np.mean(np.square(sound.values, dtype=np.float64))))
     if entry.name in SMOOTH:
         assert 0.0 < rms < QUIETEST
@@ -31,5 +34,5 @@ def test_an_everyday_scan_is_felt_or_has_a_note(entry: CatalogueEntry) -> None:
     unfelt = [warning for warning in warnings if warning.startswith("This is not felt")]
     assert bool(unfelt) == bool(entry.note), "what is not felt has a note that says why"
     if len(warnings) > len(unfelt):  # very small cells would not fit: the plan tells the error that remains
-        assert isinstance(profile_of(parse_scene(entry.everyday)), HeightField)
+        assert over_area
         assert all(one in unfelt or one.startswith("The error of the acceleration is 0.0") for one in warnings)
