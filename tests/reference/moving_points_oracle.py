@@ -36,7 +36,7 @@ CELLS_A_PERIOD = 250  # of the shorter period; a cell that an end cuts errs by i
 MEANS = 128  # phases of z_w
 SHARES = 65  # loads between which the share of a point is a cubic spline
 LONGEST_STEP = 1e-3  # s
-LOADS = 1024  # between which share and z_w are read linearly over the cube root: 1e-7 of them
+LOADS = 1024  # between which share and z_w are read linearly over the cube root: 5e-6 of their extent at most
 
 
 @numba.njit(cache=True, fastmath={"reassoc", "nsz", "contract"})

@@ -14,15 +14,7 @@ from tests.few import thorough
 from tests.reference.moving_oracle import Finger, Scan, steady_scan
 from tests.reference.spectral_checks import fit_harmonics
 from tests.reference.stiffness_oracle import contact_in_metres, stiffness
-from tests.synth.effects.whole_renders import (
-    PASSING,
-    SHORT,
-    WITH_BANDWIDTH,
-    check_quantities,
-    kept_band,
-    named,
-    scene_of,
-)
+from tests.synth.effects.whole_renders import SHORT, WITH_BANDWIDTH, check_quantities, kept_band, named, scene_of
 from tests.synth.engine_cases import QUANTITIES, Real, physical, touch_of
 
 SETTLED = 0.03  # s, after which e^-9 of a start is left with 5 g and 3 N s/m; it is 1e-6 in the end
@@ -31,7 +23,7 @@ LOOSE = {"tolerance": 1e-2}
 WHOLE = {"mass": "5 g", "damping": 3.0, "stiffness": 0.0}  # a free finger on its contact
 OWN_ERROR = 5e-6  # of the oracle
 RATE = 8000  # Hz
-QUICK = (2048, 1e-8)  # samples of a period and tolerance of the integrator: enough for the band of RATE
+QUICK = (2048, 1e-8)  # samples of a period and tolerance of the integrator: enough at RATE
 
 
 def oracle(scene: Scene, settled: float) -> Scan:
@@ -39,7 +31,7 @@ def oracle(scene: Scene, settled: float) -> Scan:
     inertia, scan = scene.effects["inertia"], scene.scan
     moving = (inertia.mass, inertia.damping, lambda _t: scan.load, lambda t: scan.speed * t)
     finger = Finger(touch_of(scene), *moving, spring=inertia.stiffness)
-    found = steady_scan(finger, settled, *(QUICK if kept_band(scene) <= PASSING * RATE else ()))
+    found = steady_scan(finger, settled, *(QUICK if scene.output.sample_rate <= RATE else ()))
     assert found.rest <= 1e-4, "the motion does not repeat itself"
     return found
 
