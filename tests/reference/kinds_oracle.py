@@ -2,6 +2,7 @@
 
 Model   The heights of texture and finger at POINTS places of the contact, a trapezoid rule for the mean of
         max(h - z, 0), and z from the heights above it. Only the heights are shared with the engine.
+Method  Compiled, without any part of the engine: 30 us for each place of a texture in a table.
 Limits  2e-4 of the peak-to-peak for usual scenes (twice the points change z by no more than that).
 """
 
@@ -11,6 +12,7 @@ import math
 from dataclasses import replace
 from typing import Any
 
+import numba
 import numpy as np
 import numpy.typing as npt
 
@@ -27,15 +29,36 @@ class Tabled:
 
     def __init__(self, profile: Any) -> None:
         self.period: float = profile.period
-        self._heights = profile.heights(np.arange(TABLED + 1) * (self.period / TABLED))
+        self.heights = profile.heights(np.arange(TABLED + 1) * (self.period / TABLED))
 
-    def heights(self, places: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-        """Return the heights (m) at `places` (m)."""
-        at = places * (TABLED / self.period)
-        before = np.floor(at)
-        number = before.astype(np.int64) & (TABLED - 1)
-        lower = self._heights[number]
-        return np.asarray(lower + (at - before) * (self._heights[number + 1] - lower))
+    def approach(self, finger: Any, turns: npt.NDArray[np.float64], indentation: float) -> npt.NDArray[np.float64]:
+        """Return z (m) at each place of the texture; the arguments are those of the function `approach`."""
+        x, ridges = comb(finger)
+        return np.asarray(levels(self.heights, x * (TABLED / self.period), ridges, turns, indentation))
+
+
+@numba.njit(cache=True)
+def levels(table, places, ridges, turns, indentation):
+    """Return z at phases in turns of a texture, whose `table` ends as it begins; places: in distances of its entries.
+
+    One array holds the heights of every phase: to allocate one for each takes longer than to fill it.
+    """
+    found, heights, last, z = np.empty(len(turns)), np.empty(len(places)), len(table) - 2, -math.inf  # last: 2^n - 1
+    for number in range(len(turns)):
+        shift = turns[number] * (len(table) - 1)
+        for i in range(len(places)):
+            place = places[i] - shift
+            before = math.floor(place)
+            entry = int(before) & last
+            heights[i] = table[entry] + (place - before) * (table[entry + 1] - table[entry]) - ridges[i]
+        z = found[number] = level(heights, indentation, z)
+    return found
+
+
+def comb(finger: Any) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return POINTS + 1 places along a finger of a scene, and its ridges there (m)."""
+    x = np.linspace(0.0, finger.contact_length, POINTS + 1)
+    return x, finger.ridge_amplitude * np.cos(2.0 * math.pi * x / finger.ridge_period)
 
 
 def approach(finger: Any, profile: Any, turns: npt.NDArray[np.float64], indentation: float) -> npt.NDArray[np.float64]:
@@ -44,8 +67,7 @@ def approach(finger: Any, profile: Any, turns: npt.NDArray[np.float64], indentat
     finger, profile: of a scene.
     indentation: w / k, m.
     """
-    x = np.linspace(0.0, finger.contact_length, POINTS + 1)
-    ridges = finger.ridge_amplitude * np.cos(2.0 * math.pi * x / finger.ridge_period)
+    x, ridges = comb(finger)
     found, z = np.empty(len(turns)), -math.inf
     for number, turn in enumerate(turns):
         z = found[number] = level(profile.heights(x - turn * profile.period) - ridges, indentation, z)
@@ -79,22 +101,35 @@ def domed_approach(
     return np.array([level(profile.heights(place) - gap, target / (2.0 * half)) for place in places])
 
 
-def level(heights: npt.NDArray[np.float64], indentation: float, start: float = -math.inf) -> float:
+@numba.njit(cache=True)
+def level(heights, indentation, start=-math.inf):
     """Return the z at which the trapezoid mean of max(h - z, 0) is `indentation`, exactly.
 
     start: a z to begin with, near that of a similar contact; by default all heights are above it.
     Each step is Newton's, for the heights above the last z. The mean is convex in z: a step from a z that is too high
     ends below the root, and all others go up, until the same heights are above.
     """
-    weights = np.full(len(heights), 1.0 / (len(heights) - 1))
-    weights[[0, -1]] *= 0.5
     z, last = start, -1
     while True:
-        above = heights > z
-        count = int(np.count_nonzero(above))
+        total, share, count = above(heights, z)
         if count == last or (count == 0 and last > 0):
             return z
         if count == 0:  # the start is above all heights
-            above, count = np.full(len(heights), True), len(heights)
-        share = weights[above]
-        z, last = float((np.dot(share, heights[above]) - indentation) / np.sum(share)), count
+            total, share, count = above(heights, -math.inf)
+        z, last = (total - indentation * (len(heights) - 1)) / share, count
+
+
+@numba.njit(cache=True, fastmath={"reassoc", "nsz", "contract"})
+def above(heights, z):
+    """Return the sum of the heights above z by the trapezoid rule, the sum of their weights, and their number."""
+    total, count = 0.0, 0
+    for i in range(len(heights)):
+        touches = heights[i] > z
+        total += heights[i] if touches else 0.0
+        count += touches
+    ends = 0.0
+    for height in (heights[0], heights[-1]):
+        if height > z:
+            total -= 0.5 * height
+            ends += 0.5
+    return total, count - ends, count

@@ -22,6 +22,7 @@ from synth.surfaces import profile_of
 from synth.surfaces.profile import Profile
 from tests.reference.kinds_oracle import domed_approach
 from tests.reference.moving_oracle import Harmonics
+from tests.reference.moving_points_oracle import Points, growing_points, round_points
 from tests.reference.shaped_contact_oracle import fitting_radius, growing_contact, round_contact
 from tests.reference.stiffness_oracle import Touch
 from tests.synth.effects.whole_renders import SHORT, below, check_quantities, named, scene_of
@@ -31,7 +32,7 @@ from tests.synth.surfaces.texture_cases import random_texture
 
 RATE = 8000
 PHASES = 128  # per period: what folds back onto the lowest harmonics is below a third of what the plan states
-MEAN_PHASES = 128  # per period, for the mean at a load that varies
+MEAN_LOADS = 65  # between which the mean is a cubic spline
 REACH = 24  # frames on each side that the filter of the comparison reads
 
 Approach = Callable[[float, float], float]
@@ -63,18 +64,19 @@ def motion(seconds: float = 0.12) -> tuple[list[list[float]], Callable[[Real], t
     return np.stack([points, *at(points)], axis=1).tolist(), at
 
 
-def check_moving(effects: dict[str, Any], approach: Approach, tolerance: float = 3e-3) -> None:
-    """Assert that displacement, at varying speed and load, is that of the oracle about its mean at each load."""
-    points, at = motion()
+def check_moving(effects: dict[str, Any], points_at: Callable[[float], Points], tolerance: float = 3e-3) -> None:
+    """Assert that displacement, at varying speed and load, is that of the oracle about its mean at each load.
+
+    points_at: a finger of points for loads (N) up to the heaviest.
+    """
+    recorded, at = motion()
     output = {"quantity": "displacement", "sample_rate": RATE, "bandwidth": "full", "full_scale": 1e-5}
-    scene = parse_scene({"scan": {"trajectory": points}, "effects": effects, "output": output})
-    voice = open_voice(scene)
-    found = physical(voice, 450)[:, 0]
+    scene = parse_scene({"scan": {"trajectory": recorded}, "effects": effects, "output": output})
+    found = physical(open_voice(scene), 450)[:, 0]
     place, load = at(np.arange(900) / (2 * RATE))
-    z = np.array([approach(p / scene.texture.period, w) for p, w in zip(place.tolist(), load.tolist(), strict=True)])
-    contact, phases = voice.solved.contact, np.arange(MEAN_PHASES) / MEAN_PHASES
-    assert contact is not None  # other tests compare its approach with the same oracle; the mean changes with the load
-    about = z - np.array([np.mean(contact.approach(phases, w)[0]) for w in load.tolist()])
+    points = points_at(float(np.max(load)))
+    z = np.array([points.resting(w, np.array([p]))[0] for p, w in zip(place.tolist(), load.tolist(), strict=True)])
+    about = z - points.means(float(np.min(load)), float(np.max(load)), MEAN_LOADS)(load)
     ours, truth = below(found, 1, reach=REACH), below(about, 2, reach=REACH)[: len(found) - 2 * REACH]
     error = float(np.max(np.abs(ours - truth)) / np.ptp(truth))
     assert error <= tolerance
@@ -111,7 +113,12 @@ def test_a_steady_render_errs_by_no_more_than_the_plan_says(name: str, shape: st
 @pytest.mark.thorough
 @each_shape
 def test_where_speed_and_load_vary_it_is_the_oracle_too(shape: str) -> None:
-    check_moving({shape: SHAPES[shape]}, approach_of(shape, Touch()))
+    touch = Touch()
+    points_at = {
+        "contact_growth": lambda heaviest: growing_points(touch, heaviest, 0.25),
+        "curvature": lambda heaviest: round_points(touch, heaviest, radius_of(touch)),
+    }
+    check_moving({shape: SHAPES[shape]}, points_at[shape])
 
 
 def test_at_the_reference_load_it_is_the_scene_without_it() -> None:

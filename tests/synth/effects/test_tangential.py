@@ -72,7 +72,7 @@ def test_coulombs_friction_has_the_mean_mu_w_against_the_motion(speed: float) ->
 def test_friction_of_another_power_is_that_of_the_pressure(exponent: float) -> None:
     law = {"friction_coefficient": 0.6, "pressure_exponent": exponent, "reference_pressure": "20 kPa"}
     scene = scene_of("default", {"tangential": law})
-    touch, count = touch_of(scene), 1024
+    touch, count = touch_of(scene), 512  # places: what folds back is a tenth of what the plan states
     found, area, force = stiffness(touch), touch.contact_length**2, np.empty(count)
     theta, profile = np.arange(count) / count, Profile(touch)
     for i, one in enumerate(theta.tolist()):

@@ -1,6 +1,6 @@
 """Renders of every kind of texture: against quadrature on the true heights, against the sinusoid, and by their lines.
 
-The oracle is independent of the solver: heights at 200,000 points of the contact, and a root search for z.
+The oracle is independent of the solver: heights at 20,000 points of the contact, and a root search for z.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from synth.response.spectrum import Demand, curves, solve_spectrum
 from synth.surfaces import profile_of
 from synth.voice.hand_voice import HandVoice
 from tests.few import thorough
-from tests.reference.kinds_oracle import Tabled, approach
+from tests.reference.kinds_oracle import Tabled
 from tests.synth.surfaces.texture_cases import random_texture
 
 FEW = 1
@@ -48,11 +48,6 @@ def settled_series(z: Callable[[Real], Real], highest: int) -> Complex:
             return kept
 
 
-def z_at(finger: Any, profile: Tabled, pressed: float, turns: Real) -> Real:
-    """Return the quadrature's z (m) at phases in turns; pressed: w / k, m."""
-    return approach(finger, profile, turns, pressed)
-
-
 def lines(z: Real, highest: int) -> Complex:
     """Return the lines 0 to `highest` of z at equal phases of a period, without the mean."""
     kept = np.fft.rfft(z)[: highest + 1] / len(z)
@@ -76,7 +71,8 @@ def test_a_file_is_the_quadrature_on_the_true_heights(kind: str, seeds: range) -
         profile = profile_of(scene)
         highest = max(1, math.ceil(1000.0 / (speed / profile.period)) - 1)
         pressed = load / Stiffness.of_scene(scene).stiffness(load)
-        kept = settled_series(partial(z_at, scene.finger, Tabled(profile), pressed), highest)
+        of_turns = partial(Tabled(profile).approach, scene.finger, indentation=pressed)
+        kept = settled_series(of_turns, highest)
         extent = float(np.ptp(curves(kept, 0, 1 << (4 * highest).bit_length())))
         places = speed / profile.period * np.arange(len(sound.values)) / RATE
         n = np.arange(1, len(kept))
