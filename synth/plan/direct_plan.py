@@ -34,7 +34,7 @@ from synth.kept_files import FileEntry, FileForm, json_form
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effect_choice import outputs_of
-from synth.plan.frame_solver import EXACT_CELL
+from synth.plan.frame_solver import solution_nanoseconds
 from synth.plan.request import HAND_LOADS, HAND_SPEEDS, Request, harmonics_in_band
 from synth.plan.scene_table import band_of, bounds_for, entry_of
 from synth.plan.swing import FOLD_POWER, Swing, changed_by, folded_errors, turning_errors
@@ -50,7 +50,6 @@ if TYPE_CHECKING:
     from synth.response.area_source import AreaSource
     from synth.response.layered_table import LayeredTable
 
-OVER_AREA = 8.0  # factor on EXACT_CELL for a height field
 FEWER = 0.5  # factor on the usual number of solutions over an area, where z is smoother, if FOLDED permits it
 FOLDED = 0.01  # of the peak-to-peak: largest folded error with fewer solutions
 MOST_WORK = 0.2  # predicted s of processor time per second; more would leave no room for other hands
@@ -153,8 +152,7 @@ def beyond_table(asked: Request, contact: Contact) -> bool:
 def predicted_work(scene: Scene, contact: Contact) -> float:
     """Return the predicted processor time (s) of a second of a voice that solves `contact` along its motion."""
     rate = min(least_solutions(contact) * SOLUTIONS * band_of(scene), scene.output.sample_rate)
-    cell = EXACT_CELL * (OVER_AREA if isinstance(contact.geometry.profile, HeightField) else 1.0)
-    return 1e-9 * cell * contact.grid.cells * rate
+    return 1e-9 * solution_nanoseconds(contact) * rate
 
 
 @dataclass(frozen=True)

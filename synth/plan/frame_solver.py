@@ -37,6 +37,7 @@ from synth.motion.scan_motion import ScanMotion
 from synth.response.mean_approach import Mean
 from synth.response.spectrum import Demand, Spectrum, solve_spectrum
 from synth.scene.scene import Scene
+from synth.surfaces.height_field import HeightField
 
 Heights = Callable[..., Array]
 
@@ -53,6 +54,7 @@ FALL = 2.5  # the error falls with the number of phases to this power: kinks of 
 SEEN, FOLDED = 4, (2.5e-4, 8e-4, 3e-3)
 FOLDED_SHARE = 0.3  # part of the tolerance for the folded error
 EXACT_CELL = 8.0  # ns per phase and cell of the solver, on one core with AVX-512; slower machines exceed PATIENCE
+OVER_AREA = 8.0  # factor on EXACT_CELL for a height field, at 1.8 N; about 5 at 0.3 N
 FRAME_SETUP = 60.0  # ns per solution outside the solver: motion, transforms
 CURVE_READ = 80.0  # ns per solution that is read from a series
 MOST_TOGETHER = 1 << 23  # solutions of the smallest chunk, which is as long as its margins: 800 MB of working memory
@@ -119,7 +121,7 @@ def plan_frames(
         errors = series[0].errors
     else:
         count = max(1, math.ceil(phases * fastest / rate))
-    solution = EXACT_CELL * contact.grid.cells if varies or solved else CURVE_READ
+    solution = solution_nanoseconds(contact) if varies or solved else CURVE_READ
     return counted(scene, demand.orders, tolerance, scale, count, errors, solution)
 
 
@@ -152,6 +154,12 @@ def counted(
     return FramePlan(count, stride, errors, scale, work)
 
 
+def solution_nanoseconds(contact: Contact) -> float:
+    """Return the predicted processor time of a solution of `contact`, ns."""
+    over = OVER_AREA if isinstance(contact.geometry.profile, HeightField) else 1.0
+    return EXACT_CELL * over * contact.grid.cells
+
+
 def stride_of(scale: float) -> int:
     """Return the frames of a plan whose kept band is `scale` of the whole band."""
     return 1 << math.floor(math.log2(1.0 / scale))
@@ -166,17 +174,26 @@ class FrameSolver:
     rate: frames per second.
     count: number of solutions per `stride` frames.
     scale: the kept band, as a part of the whole band.
-    chunk: number of frames that are solved together.
+    chunk: number of frames that are solved together; `longest` at most, but no shorter than the margins.
     """
 
     def __init__(
-        self, heights: Heights, scene: Scene, mean: Mean, rate: int, *, count: int, scale: float, stride: int = 1
+        self,
+        heights: Heights,
+        scene: Scene,
+        mean: Mean,
+        rate: int,
+        *,
+        count: int,
+        scale: float,
+        stride: int = 1,
+        longest: int = MOST_TOGETHER,
     ) -> None:
         self._heights, self._scan, self._period = heights, scene.scan, scene.texture.period
         self._rate, self._count, self._stride, self._scale = rate, count, stride, scale
         self._motion, self._frames = ScanMotion(scene, rate * count / stride), ScanMotion(scene, rate)
         self._margin = _multiple(math.ceil(MARGIN / scale), stride)
-        room = TOGETHER * stride // count - 2 * self._margin
+        room = min(TOGETHER * stride // count - 2 * self._margin, longest)
         self.chunk = _multiple(max(2 * self._margin, min(room, max(CHUNK, 4 * self._margin))), stride)
         self._mean = mean
 

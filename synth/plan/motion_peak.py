@@ -23,7 +23,7 @@ from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.motion.motion import LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
-from synth.plan.frame_solver import EXACT_CELL, FRAME_SETUP, FrameSolver
+from synth.plan.frame_solver import FRAME_SETUP, FrameSolver, solution_nanoseconds
 from synth.response.mean_approach import Mean
 from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
 from synth.scene.output_section import BAND
@@ -49,12 +49,14 @@ def peaks_along(
     """
     output, stroke = scene.output, scene.scan.stroke
     rate = min(output.sample_rate, max(100, math.ceil(output.band_limit / BAND)))
-    solver = FrameSolver(contact.heights, scene, mean, rate, count=OVERSAMPLING, scale=1.0)
     # time (s) after which the motion ends or repeats, or the output ends
     ended = output.duration if scene.scan.trajectory is None else ScanMotion(scene).duration + LIFT_TIME
     length = ended if stroke is None else stroke.period
+    longest = math.ceil(length * rate)
+    solver = FrameSolver(contact.heights, scene, mean, rate, count=OVERSAMPLING, scale=1.0, longest=longest)
     chunks = list(range(math.ceil(length * rate / solver.chunk)))
-    most = max(1, math.floor(PATIENCE / (1e-9 * solver.solutions * (EXACT_CELL * contact.grid.cells + FRAME_SETUP))))
+    chunk_seconds = 1e-9 * solver.solutions * (solution_nanoseconds(contact) + FRAME_SETUP)
+    most = max(1, math.floor(PATIENCE / chunk_seconds))
     if len(chunks) > most:
         chunks = _loud_chunks(series or contact, scene, orders, length, solver.chunk / rate, most)
     return np.asarray(np.max([np.max(np.abs(solver.solved(number, orders)), axis=1) for number in chunks], axis=0))

@@ -26,7 +26,7 @@ from synth.contact.load_balance import Contact
 from synth.kept_files import json_form
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.direct_plan import PATH_SLOPE
-from synth.plan.frame_solver import EXACT_CELL, FOLDED_SHARE, FramePlan, counted, stride_of
+from synth.plan.frame_solver import FOLDED_SHARE, FramePlan, counted, solution_nanoseconds, stride_of
 from synth.plan.request import Request
 from synth.plan.scene_table import entry_of
 from synth.plan.swing import MORE_FOLDS, Swing, changed_by, relative, turning_errors
@@ -123,8 +123,8 @@ def path_frames(asked: Request, contact: Contact, cells: Array, tolerance: float
         judged = Swing(SOLUTIONS * band, band, fastest, PATH_SLOPE, SECONDS)
         folded = folded + turning_errors(contact, contact, judged, load)[orders]
     folded = folded + cells[orders]
-    solution = EXACT_CELL * contact.grid.cells
-    return counted(scene, asked.orders, tolerance, scale, count, tuple(folded.tolist()), solution)
+    errors = tuple(folded.tolist())
+    return counted(scene, asked.orders, tolerance, scale, count, errors, solution_nanoseconds(contact))
 
 
 def _largest(curves: Array) -> Array:
