@@ -53,6 +53,14 @@ def test_the_shortest_streams_are_whole_too(running: Running, duration: float) -
     assert len(answer.content) == 4 * round(duration * RATE) == int(answer.headers["content-length"])
 
 
+def test_a_stream_of_an_odd_number_of_bytes_is_padded(running: Running) -> None:
+    session, frames = running.open_session(), 481
+    answer = running.client.get(f"/v1/sessions/{session}/stream?duration={frames / RATE}&format=wav24")
+    assert len(answer.content) == int(answer.headers["content-length"])
+    assert len(answer.content) % 2 == 0 and answer.content[-1:] == b"\0"
+    assert len(soundfile.read(io.BytesIO(answer.content))[0]) == frames
+
+
 @pytest.mark.parametrize("name", [str(kind) for kind in SoundFormat if kind is not SoundFormat.FLAC])
 def test_an_endless_stream_opens_as_its_format_does(running: Running, name: str) -> None:
     session = running.open_session()
