@@ -171,10 +171,12 @@ def test_updates_without_a_load_keep_the_load_of_the_scene() -> None:
 
 def test_a_finger_turns_the_short_way_round() -> None:
     voice = HandVoice(parse_scene(document()), cache=CACHE)
-    for block, direction in enumerate([3.1, 3.12, 3.14, -3.12, -3.1, -3.08] * 1):
+    jumps = []
+    for block, direction in enumerate([3.1, 3.12, 3.14, -3.12, -3.1, -3.08, 0.5]):
         voice.touch(Update(block, 0.01 * block, 0.0, None, 0.3, 0.0, direction))
         voice.render(BLOCK)
-    assert voice._coming is None or voice._leaving is None  # no jump was made of the wrap
+        jumps.append(voice._jump is not None or voice._leaving is not None)
+    assert jumps == [False] * 6 + [True], "the wrap is no jump, and half a turn is one"
 
 
 def test_a_scene_of_lines_does_not_vary_across() -> None:
