@@ -7,7 +7,9 @@ power that is felt, are those of the lines below 1 kHz, where skin feels.
 from __future__ import annotations
 
 import itertools
+import json
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -50,7 +52,13 @@ def sinusoid(period: float, amplitude: float | None = None) -> Section:
 
 def lines(finger: Section, texture: Section, load: float = 0.3, phases: int = PHASES) -> tuple[float, Real]:
     """Return the period of the texture (m) and the amplitude (m) of each harmonic of z, from 0 on."""
-    scene = parse_scene({"finger": finger, "texture": texture, "scan": {"load": load}})
+    return _lines(json.dumps({"finger": finger, "texture": texture, "scan": {"load": load}}), phases)
+
+
+@cache  # several facts ask for the lines of one scene
+def _lines(document: str, phases: int) -> tuple[float, Real]:
+    scene = parse_scene(json.loads(document))
+    load = scene.scan.load
     z = contact_of(scene).approach(np.arange(phases) / phases, load)[0]
     return scene.texture.period, 2.0 * np.abs(np.fft.rfft(z))[: phases // 2] / phases
 

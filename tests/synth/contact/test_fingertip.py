@@ -186,7 +186,7 @@ def test_the_spread_of_the_ridges_brings_the_fundamental_back(spread: float) -> 
     assert (lines[0] > 0.5 * lines.max()) == (spread > 0.0)
 
 
-@pytest.mark.parametrize("period", [0.1e-3, *(thorough(one) for one in (0.2e-3, 0.46e-3, 2e-3)), 0.8e-3, 5e-3])
+@pytest.mark.parametrize("period", [0.1e-3, *(thorough(one) for one in (0.2e-3, 0.46e-3, 2e-3, 5e-3)), 0.8e-3])
 def test_a_table_is_within_its_reported_error(period: float) -> None:
     scene = parse_scene({"finger": FINGERTIP, "texture": {"period": period, "amplitude": min(20e-6, 0.03 * period)}})
     found = measured_scene(scene, 3, loads=4)

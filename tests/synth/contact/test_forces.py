@@ -17,7 +17,7 @@ from synth.contact.load_balance import Contact
 from synth.contact.scene_contact import contact_of
 from synth.contact.stiffness import Stiffness
 from synth.response.spectrum import FLOOR, Demand, curves, points_for, solve_spectrum
-from tests.few import thorough
+from tests.few import paired, thorough
 from tests.reference.pressure_oracle import Surfaces, balanced, power_mean, slope_mean
 from tests.synth.engine_cases import Real, random_document, scene_of, spread
 from tests.synth.response.shaped_cases import check_table, finer
@@ -82,7 +82,7 @@ def oracle_of(contact: Contact, load: float, phase: float) -> Surfaces:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("seed", [*range(6), *(thorough(seed) for seed in range(6, 24))])  # two of each contact
+@pytest.mark.parametrize("seed", [*range(3), *(thorough(seed) for seed in range(3, 24))])  # one of each contact
 def test_forces_are_those_of_the_oracle(seed: int) -> None:
     contact, load = any_contact(seed)
     contact = finer(contact, HALVINGS)
@@ -115,15 +115,14 @@ def test_the_slope_force_is_the_slope_of_a_potential(seed: int) -> None:
 
     force = SlopeForce(finer(contact, HALVINGS))
     largest = float(np.max(np.abs(force.approach(period(64), load)[0])))
-    for phase in (0.13, 0.58):
-        near = potential(phase + step) - potential(phase - step)
-        far = potential(phase + 2 * step) - potential(phase - 2 * step)
-        wanted = (8 * near - far) / (12 * step * contact.geometry_at(load).texture_period)
-        assert abs(force.approach(np.array([phase]), load)[0][0] - wanted) <= 1e-3 * largest
+    phase = 0.13
+    near = potential(phase + step) - potential(phase - step)
+    far = potential(phase + 2 * step) - potential(phase - 2 * step)
+    wanted = (8 * near - far) / (12 * step * contact.geometry_at(load).texture_period)
+    assert abs(force.approach(np.array([phase]), load)[0][0] - wanted) <= 1e-3 * largest
 
 
-@pytest.mark.parametrize("load", [0.3, 1.0, 4.0])
-@pytest.mark.parametrize("locked", [False, True])
+@pytest.mark.parametrize(("locked", "load"), paired([False, True], [0.3, 1.0, 4.0]))
 def test_no_work_is_done_over_a_period(locked: bool, load: float) -> None:
     """Over equal steps the mean falls as their number to the power -2.5, because of kinks where patches are born."""
     contact = contact_with(Geometry(4e-5, 5e-4, 2e-5, 5e-4, 1.4, 7.3e-3)) if locked else DEFAULT
@@ -263,13 +262,13 @@ def test_there_is_no_force_at_no_load(exponent: float) -> None:
     assert not values.any() and not rates.any()
 
 
+@pytest.mark.parametrize("tolerance", [thorough(1e-3), 1e-5])
 @pytest.mark.parametrize("load", [1e-3, thorough(0.3), thorough(5.0)])
-def test_the_mean_of_friction_is_that_of_a_period(load: float) -> None:
+def test_the_mean_of_friction_is_that_of_a_period(load: float, tolerance: float) -> None:
     """Against segments a sixteenth as long, whose error in the mean is 1e-6 of it."""
     wanted = float(friction_of(finer(DEFAULT, HALVINGS), 0.7).approach(period(1 << 12), load)[0].mean())
-    for tolerance in (1e-3, 1e-5):
-        series = solve_spectrum(friction_of(DEFAULT, 0.7), load, Demand(20, (0,), tolerance))
-        assert series.harmonics[0].real == pytest.approx(wanted, rel=tolerance)
+    series = solve_spectrum(friction_of(DEFAULT, 0.7), load, Demand(20, (0,), tolerance))
+    assert series.harmonics[0].real == pytest.approx(wanted, rel=tolerance)
 
 
 def test_keys_tell_forces_apart() -> None:

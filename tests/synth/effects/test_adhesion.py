@@ -100,7 +100,7 @@ def pulled(lowest: float, seconds: float) -> tuple[dict[str, Any], Real, Real]:
     return document, *at(np.arange(2 * round(seconds * RATE)) / (2 * RATE))
 
 
-def rendered(lowest: float, seconds: float = 0.2) -> tuple[Real, Held, Real, Touch]:
+def rendered(lowest: float, seconds: float = 0.15) -> tuple[Real, Held, Real, Touch]:
     """Return the displacement (m), the motion of the oracle at twice the rate, the loads, and the touch."""
     scan, place, load = pulled(lowest, seconds)
     output = {"quantity": "displacement", "sample_rate": RATE, "bandwidth": "full"}
@@ -134,6 +134,6 @@ def test_it_pulls_lets_go_is_silent_and_comes_back_as_the_oracle_does() -> None:
 
 @pytest.mark.thorough
 def test_a_pull_that_is_held_all_the_time_is_never_silent() -> None:
-    found, wanted, load, _touch = rendered(-0.005, 0.15)
+    found, wanted, load, _touch = rendered(-0.005)
     assert np.all(wanted.held == 1.0) and np.min(load) < 0.0
     assert np.all(found[60:] != 0.0)

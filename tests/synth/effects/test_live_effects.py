@@ -13,6 +13,7 @@ from synth.errors import SceneError
 from synth.response_cache import ResponseCache
 from synth.scene.scene import Scene, parse_scene
 from synth.voice.hand_voice import HandVoice
+from tests.few import paired, thorough
 from tests.synth.effects.whole_renders import SHORT
 from tests.synth.engine_cases import largest_step
 
@@ -35,8 +36,7 @@ def scene(effects: dict[str, Any] | None = None, **sections: Any) -> Scene:
     return parse_scene({**QUICK, "output": OUTPUT, **sections, "effects": effects or {}})
 
 
-@pytest.mark.parametrize("name", CHANGES)
-@pytest.mark.parametrize("adding", [True, False], ids=["adding", "taking away"])
+@pytest.mark.parametrize(("name", "adding"), paired(CHANGES, [True, False]))
 def test_a_change_of_effects_makes_no_step(name: str, adding: bool) -> None:
     before, after = ({}, CHANGES[name]) if adding else (CHANGES[name], {})
     voice = LiveVoice(scene(before, finger={}), cache=CACHE)
@@ -78,7 +78,7 @@ def test_a_setting_of_an_effect_changes_as_any_field_does() -> None:
     assert np.any(changed) and np.all(np.isfinite(changed))
 
 
-@pytest.mark.parametrize("name", [*CHANGES, "tangential"])
+@pytest.mark.parametrize("name", [*list(CHANGES)[:-1], thorough("inertia and viscous_skin"), "tangential"])
 def test_a_finger_that_lifts_in_a_recording_is_silence(name: str) -> None:
     effects = CHANGES.get(name, {name: {}})
     # the curve overshoots below 0 N between points, by a quarter of the last overshoot at each further point

@@ -71,11 +71,12 @@ def test_the_force_on_the_slopes_errs_by_no_more_than_the_plan_says(kind: str) -
 @pytest.mark.parametrize("kind", FINGERS)
 def test_friction_has_the_mean_mu_w_against_a_stroke_and_a_hand_hears_the_same(kind: str) -> None:
     stroke = {"speed": "80 mm/s", "length": "40 mm", "turn_time": "60 ms"}
-    scene = scene_of("default", {"tangential": {}}, finger=FINGERS[kind], scan={"stroke": stroke})
+    quick: dict[str, Any] = {"finger": FINGERS[kind], "output": {"channels": ["displacement"], "bandwidth": 1000}}
+    scene = scene_of("default", {"tangential": {}}, scan={"stroke": stroke}, **quick)
     found = physical(open_voice(scene), 8000)[:, -1]
     assert np.max(found) > 0.14 and np.min(found) < -0.14
     assert np.mean(found[800:2400]) == pytest.approx(0.5 * LOAD, rel=2e-3), "it strokes to the right"
-    live = physical(open_voice(scene_of("default", {"tangential": {}}, finger=FINGERS[kind]), live=True), 4000)[:, -1]
+    live = physical(open_voice(scene_of("default", {"tangential": {}}, **quick), live=True), 4000)[:, -1]
     assert np.mean(live[-1600:]) == pytest.approx(0.5 * LOAD, rel=2e-3)
 
 

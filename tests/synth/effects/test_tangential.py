@@ -153,7 +153,7 @@ def test_a_texture_with_more_detail_than_a_table_holds_is_refused_unless_the_sca
         open_voice(parse_scene(scene), live=True).render(480, Motion.of(480, speed=0.08, load=0.3))
 
 
-@pytest.mark.parametrize("length, period", [("1.5 mm", None), ("1 mm", "0.5 mm")])
+@pytest.mark.parametrize("length, period", [("1.5 mm", None), thorough("1 mm", "0.5 mm")])
 def test_a_hand_plays_a_finger_whose_motion_cancels_in_full_contact(length: str, period: str | None) -> None:
     """z is then nearly still, so its relative error was above 1, and the scene was refused as too fine for a table."""
     finger, texture = {"kind": "fingertip", "contact_length": length}, {"period": period} if period else {}

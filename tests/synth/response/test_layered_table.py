@@ -96,7 +96,7 @@ def parts_of_told(contact: Contact, table: LayeredTable, seed: int) -> Any:
 @pytest.mark.parametrize(("finger", "kind"), CASES)
 def test_z_is_that_of_brute_force_within_the_told_error(finger: str, kind: str) -> None:
     contact, table = contact_for(finger, kind), table_for(finger, kind)
-    phases, across, loads = random_places(24, 20)
+    phases, across, loads = random_places(10, 20)
     found, brute = table.heights(phases, across, loads), layered_oracle.BruteForce(grid_of(contact))
     for phase, beside, load, z in zip(phases, across, loads, found, strict=True):
         wanted = brute.approach(phase, beside, contact.indentation(load))
