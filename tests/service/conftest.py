@@ -9,7 +9,8 @@ import pytest
 from fastapi import FastAPI
 
 from service.app import create_app
-from tests.service.harness import PATIENCE, Running, serving, settings_of, warmed_up
+from service.compute.import_process import Imports
+from tests.service.harness import PATIENCE, Running, outcome_here, serving, settings_of, warmed_up
 from tests.service.plain_engine import PlainEngine
 
 MADE_UP = """
@@ -47,6 +48,12 @@ def unhurried(monkeypatch: pytest.MonkeyPatch) -> None:
         "sessions.voice_stream.STOP_GRACE_SECONDS",
     ):
         monkeypatch.setattr(f"service.{name}", PATIENCE)
+
+
+@pytest.fixture
+def read_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have uploaded surfaces be read in this process, where it does not matter in which."""
+    monkeypatch.setattr(Imports, "_outcome", outcome_here)
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import os
 import re
 import subprocess
@@ -23,6 +24,7 @@ from fastapi import FastAPI
 from starlette.types import ASGIApp
 
 from service.app import create_app
+from service.compute.import_process import Imports, _imported
 from service.engine import Engine, SynthEngine
 from service.lifespan import Service
 from service.operations.settings import Settings, read_settings, setting_fields, variable
@@ -176,6 +178,11 @@ def serving(
         server.should_exit = True
         thread.join(PATIENCE)
         assert not thread.is_alive(), "the server did not end"
+
+
+async def outcome_here(_imports: Imports, request: bytes) -> tuple[int, bytes, bytes]:
+    """Read an uploaded surface in this process. In the place of `Imports._outcome` it saves what a process takes."""
+    return 0, json.dumps(_imported(json.loads(request))).encode(), b""
 
 
 @cache

@@ -175,7 +175,7 @@ def test_a_process_that_only_serves_begins_it_unless_a_setting_says_no(
 
 
 @pytest.fixture
-def served(tmp_path: Path) -> Iterator[Running]:
+def served(tmp_path: Path, read_here: None) -> Iterator[Running]:
     """Yield a service that only serves, with a setting that allows to prepare textures."""
     with serving(PlainEngine(), data_folder=tmp_path, prepare_textures="on") as running:
         until(lambda: running.service.warm)

@@ -34,7 +34,7 @@ def own(tmp_path: Path) -> Iterator[FastAPI]:
 
 
 @pytest.fixture
-def keyed(tmp_path: Path) -> Iterator[FastAPI]:
+def keyed(tmp_path: Path, read_here: None) -> Iterator[FastAPI]:
     made = create_app(
         settings_of(data_folder=tmp_path / "data", api_keys="one,two", textures_per_key=2, texture_bytes_per_key=2000),
         SynthEngine(1 << 26),
@@ -102,6 +102,7 @@ def test_an_imported_texture_is_listed_shown_exported_renamed_and_deleted(own: F
         ({**GIVEN, "height": "1 mm"}, {"/height"}),
     ],
 )
+@pytest.mark.usefixtures("read_here")
 def test_what_is_missing_or_wrong_is_refused_with_its_field(
     own: FastAPI, data: dict[str, str], pointers: set[str]
 ) -> None:

@@ -46,14 +46,14 @@ def chromium(playwright: Playwright) -> Iterator[Browser]:
 
 
 @pytest.fixture(scope="session")
-def service() -> Iterator[Running]:
+def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
     """Yield the real service with the pages, warm, one for all modules."""
-    with serving_pages(kept_engine(), **roomy_settings()) as running:
+    with serving_pages(kept_engine(), data_folder=tmp_path_factory.mktemp("data"), **roomy_settings()) as running:
         until(lambda: running.service.warm, START)
         yield running
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def kept_modules(chromium: Browser) -> Iterator[Page]:
     """Yield the page that `modules` loads anew."""
     with kept_page(chromium) as page:
@@ -68,9 +68,9 @@ def modules(kept_modules: Page, service: Running) -> Iterator[Page]:
         yield kept_modules
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def functions(chromium: Browser, service: Running) -> Iterator[Page]:
-    """Yield such a page for all tests of a module that only call what it exports, and leave it as it was."""
+    """Yield such a page for all tests that only call what it exports, and leave it as it was."""
     with watched(chromium, service.url + MODULES) as (page, _):
         modules_loaded(page)
         yield page
@@ -81,7 +81,7 @@ def modules_loaded(page: Page) -> None:
     page.wait_for_function("() => window.modules !== undefined")
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def kept_touch_page(chromium: Browser) -> Iterator[Page]:
     """Yield the page that `watched_page` loads anew."""
     with kept_page(chromium, viewport=WIDE) as page:
@@ -157,7 +157,7 @@ def pictures(chromium: Browser, pictures_url: str) -> Iterator[Page]:
         yield one
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def kept_pictures(chromium: Browser) -> Iterator[Page]:
     """Yield the page that `plain` loads anew."""
     with kept_page(chromium, viewport={"width": 900, "height": 700}) as page:

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.clients.web.browser import kept_page, visited
-from tests.clients.web.conftest import link_to, loaded
-from tests.clients.web.page_service import serving_pages
+from service.compute.import_process import Imports
+from tests.clients.web.browser import visited
+from tests.clients.web.conftest import WIDE, link_to, loaded
 from tests.clients.web.test_accessibility import NARROW, violations
 from tests.clients.web.test_page import stroke_pad, told
-from tests.service.harness import START, Running, kept_engine, roomy_settings, until
+from tests.service.harness import Running, outcome_here
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, FilePayload, Page
+    from playwright.sync_api import FilePayload, Page
 
 HEIGHTS = 20.0 * np.sin(2.0 * np.pi * np.arange(400) / 40)  # um, every 5 um
 SCAN: FilePayload = {
@@ -39,43 +39,30 @@ DROP = """({name, text}) => {
 }"""
 
 
-@pytest.fixture(scope="module")
-def own(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
-    """The service with a data folder of its own."""
-    folder = tmp_path_factory.mktemp("data")
-    with serving_pages(kept_engine(), data_folder=folder, **roomy_settings()) as running:
-        until(lambda: running.service.warm, START)
-        yield running
-
-
-@pytest.fixture(scope="module")
-def kept(chromium: Browser) -> Iterator[Page]:
-    with kept_page(chromium, viewport={"width": 1280, "height": 900}) as page:
-        yield page
-
-
 @pytest.fixture
-def page(kept: Page, own: Running) -> Iterator[Page]:
+def page(kept_touch_page: Page, service: Running, monkeypatch: pytest.MonkeyPatch) -> Iterator[Page]:
     """The page with the finger of the paper, whose tables take a tenth of a fingertip's time; nothing imported."""
-    kept.emulate_media(reduced_motion="reduce")
-    with visited(kept, own.url + link_to({})) as watch:
+    monkeypatch.setattr(Imports, "_outcome", outcome_here)
+    kept_touch_page.emulate_media(reduced_motion="reduce")
+    with visited(kept_touch_page, service.url + link_to({})) as watch:
         watch.allow(REFUSED)
-        loaded(kept)
-        yield kept
-    for texture in stored(own):
-        own.client.delete(f"/v1/textures/{texture['name']}").raise_for_status()
+        loaded(kept_touch_page)
+        yield kept_touch_page
+    kept_touch_page.set_viewport_size(WIDE)
+    for texture in stored(service):
+        service.client.delete(f"/v1/textures/{texture['name']}").raise_for_status()
 
 
-def stored(own: Running) -> list[dict[str, Any]]:
-    return [entry for entry in own.client.get("/v1/textures").json()["textures"] if entry["stored"]]
+def stored(service: Running) -> list[dict[str, Any]]:
+    return [entry for entry in service.client.get("/v1/textures").json()["textures"] if entry["stored"]]
 
 
-def imported(own: Running, name: str = "cloth", **changed: str) -> dict[str, Any]:
-    """Import the scan without the page."""
-    fields = {"unit": "um", "pixel": "5 um", "name": name, **changed}
-    answer = own.client.post("/v1/textures", files={"file": ("scan.csv", SCAN["buffer"])}, data=fields)
+def imported(service: Running, name: str, pixel: str) -> dict[str, Any]:
+    """Import the scan without the page, and return its partial scene."""
+    fields = {"unit": "um", "pixel": pixel, "name": name}
+    answer = service.client.post("/v1/textures", files={"file": ("scan.csv", SCAN["buffer"])}, data=fields)
     assert answer.status_code == 201, answer.text
-    return dict(answer.json())
+    return dict(answer.json()["scene"])
 
 
 def chosen(page: Page, file: FilePayload = SCAN) -> None:
@@ -92,7 +79,7 @@ def answered(page: Page) -> None:
 def measured(page: Page, **given: str) -> None:
     """Enter options, and return when Keep can be pressed.
 
-    Each change has the service read the file anew, in a process of its own: of these options the last one does.
+    Each change has the service read the file anew: of these options the last one does.
     """
     *others, (last, value) = given.items()
     for name, text in others:
@@ -119,8 +106,8 @@ def yours(page: Page) -> list[str]:
     return found
 
 
-def test_a_chosen_file_is_measured_kept_under_a_name_that_no_other_has_and_played(page: Page, own: Running) -> None:
-    imported(own, "cloth", pixel="7 um")
+def test_a_chosen_file_is_measured_kept_under_a_name_that_no_other_has_and_played(page: Page, service: Running) -> None:
+    imported(service, "cloth", "7 um")
     chosen(page)
     measured(page, unit="um", pixel="5 µm")
     text = page.inner_text("dialog .import-found")
@@ -128,14 +115,14 @@ def test_a_chosen_file_is_measured_kept_under_a_name_that_no_other_has_and_playe
         assert shown in text
     assert page.locator("dialog img").evaluate("(image) => image.decode().then(() => image.naturalWidth)") > 0
     measured(page, name="cloth")
-    assert [entry["name"] for entry in stored(own)] == ["cloth"]
+    assert [entry["name"] for entry in stored(service)] == ["cloth"]
     page.click(KEEP)
     page.wait_for_selector("#import-name[aria-invalid=true]")
     assert "exists already" in faults(page)["name"]
     measured(page, name="my-turned-metal")
     page.click(KEEP)
     told(page, "my-turned-metal is kept")
-    (entry,) = (entry for entry in stored(own) if entry["name"] != "cloth")
+    (entry,) = (entry for entry in stored(service) if entry["name"] != "cloth")
     assert (entry["name"], yours(page)) == ("my-turned-metal", ["cloth", "my-turned-metal"])
     assert page.input_value("#texture") == "my-turned-metal" and page.locator("dialog").count() == 0
     assert page.evaluate(SCENE) == entry["scene"]
@@ -143,7 +130,7 @@ def test_a_chosen_file_is_measured_kept_under_a_name_that_no_other_has_and_playe
     assert page.evaluate("() => ridgewave.fingers[0].scene.held") == entry["scene"]
 
 
-def test_what_the_file_does_not_state_is_asked_for_beside_its_field(page: Page, own: Running) -> None:
+def test_what_the_file_does_not_state_is_asked_for_beside_its_field(page: Page, service: Running) -> None:
     chosen(page)
     assert set(faults(page)) == {"unit", "pixel"}
     assert "the file does not state its unit" in faults(page)["unit"]
@@ -159,10 +146,10 @@ def test_what_the_file_does_not_state_is_asked_for_beside_its_field(page: Page, 
     page.wait_for_selector("#import-name[aria-invalid=true]")
     page.keyboard.press("Escape")
     page.wait_for_selector("dialog", state="detached")
-    assert page.evaluate("() => document.activeElement.id") == "import" and stored(own) == []
+    assert page.evaluate("() => document.activeElement.id") == "import" and stored(service) == []
 
 
-def test_every_option_reaches_the_service_and_axe_finds_nothing_serious(page: Page, own: Running) -> None:
+def test_every_option_reaches_the_service_and_axe_finds_nothing_serious(page: Page, service: Running) -> None:
     grey = np.add.outer(np.arange(12), 2.0 * np.arange(20) + 20.0 * np.sin(np.arange(20))).astype(np.uint8)
     written = io.BytesIO()
     Image.fromarray(grey).save(written, "PNG")
@@ -180,28 +167,27 @@ def test_every_option_reaches_the_service_and_axe_finds_nothing_serious(page: Pa
     assert "400 µm × 360 µm, 20 × 12 points" in text and "Sq, Sa" in text and "curvature" in text
     page.click(KEEP)
     told(page, "hide is kept")
-    (entry,) = stored(own)
+    (entry,) = stored(service)
     report = entry["report"]
     assert (report["level"], report["missing"]["rule"], report["spacing"]) == ("curvature", "fill", [2e-5, 3e-5])
     page.click("#texture-sources summary")
     assert violations(page, "main") == []
-    page.set_viewport_size({"width": 1280, "height": 900})
 
 
 def test_a_dropped_file_opens_the_import_and_one_that_is_no_surface_says_why(page: Page) -> None:
-    assert page.evaluate(DROP, {"name": "noise.png", "text": "no picture"}) == [True, True, True]
+    assert page.evaluate(DROP, {"name": "noise.txt", "text": "no numbers"}) == [True, True, True]
     answered(page)
-    assert page.inner_text("#import-title") == "Import noise.png"
+    assert page.inner_text("#import-title") == "Import noise.txt"
     assert page.get_attribute("body", "data-dropping") is None
     text = page.inner_text("dialog [role=status]")
-    assert "a file of no known format. Allowed: text, NPY, PNG" in text and page.is_disabled(KEEP)
+    assert "no numbers in the first 300 lines. Allowed: a text file of numbers" in text and page.is_disabled(KEEP)
     page.click("dialog button:has-text('Cancel')")
     page.wait_for_selector("dialog", state="detached")
 
 
-def test_a_texture_is_renamed_and_deleted_where_it_is_described(page: Page, own: Running) -> None:
-    imported(own, "cloth")
-    imported(own, "wool", pixel="7 um")
+def test_a_texture_is_renamed_and_deleted_where_it_is_described(page: Page, service: Running) -> None:
+    imported(service, "cloth", "5 um")
+    imported(service, "wool", "7 um")
     page.reload()
     loaded(page)
     page.select_option("#texture", "cloth")
@@ -218,7 +204,7 @@ def test_a_texture_is_renamed_and_deleted_where_it_is_described(page: Page, own:
     assert page.evaluate(SCENE) == scene and page.is_visible("#own-delete")
     page.once("dialog", lambda dialog: dialog.dismiss())
     page.click("#own-delete")
-    assert {entry["name"] for entry in stored(own)} == {"silk", "wool"}
+    assert {entry["name"] for entry in stored(service)} == {"silk", "wool"}
     page.once("dialog", lambda dialog: dialog.accept())
     page.click("#own-delete")
     told(page, "silk is deleted")
@@ -226,9 +212,9 @@ def test_a_texture_is_renamed_and_deleted_where_it_is_described(page: Page, own:
     assert page.is_hidden("#texture-sources")
 
 
-def test_a_link_to_a_name_shows_the_surface_in_menu_and_form(page: Page, own: Running) -> None:
-    scene = imported(own, "cloth")["scene"]
-    page.goto(own.url + link_to({"texture": {"kind": "cloth", "phase": "1 rad"}}))
+def test_a_link_to_a_name_shows_the_surface_in_menu_and_form(page: Page, service: Running) -> None:
+    scene = imported(service, "cloth", "5 um")
+    page.goto(service.url + link_to({"texture": {"kind": "cloth", "phase": "1 rad"}}))
     page.reload()
     loaded(page)
     assert page.evaluate(SCENE) == {"texture": {**scene["texture"], "phase": "1 rad"}}

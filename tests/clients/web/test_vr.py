@@ -99,12 +99,16 @@ def table(kept_table: Page) -> Page:
 
 
 @pytest.fixture
-def headset(worn: Page) -> Page:
-    """Return the page with an emulated headset that has entered, in the floor's frame, with controllers held high."""
-    if not worn.evaluate("() => Boolean(ridgewave.session)"):
-        worn.click("#enter:enabled")
+def headset(worn: Page) -> Iterator[Page]:
+    """Yield the page with an emulated headset that has entered, in the floor's frame, with controllers held high.
+
+    It leaves in the end: to draw for a headset takes half of a processor.
+    """
+    worn.click("#enter:enabled")
     held(worn, "controller")
-    return worn
+    yield worn
+    worn.evaluate("() => { tools.session?.end(); }")
+    worn.wait_for_function("() => !ridgewave.session")
 
 
 def held(page: Page, kind: str) -> None:

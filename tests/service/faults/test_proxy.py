@@ -55,6 +55,7 @@ class Echo:
 def echo() -> Iterator[Echo]:
     server = Echo()
     yield server
+    server.listener.shutdown(socket.SHUT_RDWR)  # or its thread accepts on, and its port stays taken
     server.listener.close()
 
 
