@@ -97,7 +97,7 @@ def test_a_mass_that_rings_for_seconds_does_not_ring_at_the_start(mass: str) -> 
 def test_skin_that_relaxes_for_seconds_begins_relaxed_at_every_rate(rate: int, bandwidth: float | str) -> None:
     """After a run of 40 s the peak-to-peak is 2.3 um. The start used to be 6.2 um at 48 kHz, 4.9 um at 8 kHz."""
     output = {"quantity": "displacement", "sample_rate": rate, "bandwidth": bandwidth}
-    scene = parse_scene({"effects": THREE, "output": output, "accuracy": {"tolerance": 1e-2}})
+    scene = parse_scene({"effects": THREE, "output": output, "accuracy": {"tolerance": 3e-3}})
     first = physical(open_voice(scene), rate // 100)
     assert np.ptp(first) == pytest.approx(2.30e-6, rel=0.01)
 
