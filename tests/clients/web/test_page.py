@@ -85,13 +85,20 @@ def test_the_page_is_small(chromium: Browser, service: Running) -> None:
     assert len(sizes) <= MOST_REQUESTS
 
 
+LAST_MOVE = """() => document.getElementById("pad").addEventListener("pointermove", ({ clientX, clientY }) => {
+  const { left, top, height } = document.getElementById("pad").getBoundingClientRect();
+  window.lastMove = { right: clientX - left, up: top + height / 2 - clientY };
+})"""
+"""Keeps where a pointer last moved to, from the middle of the left edge, in the layout of that moment (px)."""
+
+
 def test_a_mouse_strokes_the_pad(comb_page: Page) -> None:
+    comb_page.evaluate(LAST_MOVE)
     stroke_pad(comb_page)
-    contact = comb_page.evaluate("() => ridgewave.fingers[0].contact")
-    box = comb_page.locator("#pad").bounding_box()
-    assert box is not None
+    contact, last = comb_page.evaluate("() => [ridgewave.fingers[0].contact, window.lastMove]")
     assert contact["x"] > 0 and contact["y"] > 0 and contact["load"] == 0
-    assert contact["y"] / contact["x"] == pytest.approx((box["height"] / 2 - 80) / 195, rel=1e-2)
+    assert last["right"] == pytest.approx(195, abs=1)
+    assert contact["y"] / contact["x"] == pytest.approx(last["up"] / last["right"], rel=1e-2)
     label = "document.getElementById('waveform').getAttribute('aria-label')"
     comb_page.wait_for_function(f"() => /acceleration: the largest value is (?!0 )/.test({label})")
 
