@@ -1,4 +1,4 @@
-"""Print the tables of docs/fidelity.md: `python -m tests.fidelity [facts | halfspace | levels | prints]`."""
+"""Print the tables of docs/fidelity.md: `python -m tests.fidelity [facts | halfspace | levels | prints | steps]`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,13 @@ def facts() -> Iterator[str]:
         yield f"| {fact.name} | {fact.source} | {' | '.join(cells)} |"
 
 
-TABLES = {"facts": facts, "halfspace": half_space.table, "levels": levels.table, "prints": prints.table}
+TABLES = {
+    "facts": facts,
+    "halfspace": half_space.table,
+    "levels": levels.table,
+    "prints": prints.table,
+    "steps": prints.steps,
+}
 
 
 def main() -> None:

@@ -140,7 +140,7 @@ FACTS = (
     ),
     Fact("the same in the speed", "Cesini 2018", _smooth("speed"), ("fingertip",)),
     Fact("the same in the load", "Cesini 2018", _smooth("load"), ("fingertip",)),
-    Fact("the same in the period", "Cesini 2018", _smooth("period"), ()),
+    Fact("the same in the period, 0.1 to 5 mm", "Cesini 2018", _smooth("period"), ()),
     Fact("everyday scans: rms acceleration of 0.1 to 5 m/s^2", "general knowledge", _magnitude, ("fingertip",)),
     Fact(
         "the peak frequency falls as the period rises, 0.1 to 0.5 mm",

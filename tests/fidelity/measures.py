@@ -28,6 +28,7 @@ EVERYDAY_PHASES = 1024  # all lines below BAND at the lowest of EVERYDAY_SPEEDS
 PERIODS = np.geomspace(0.1e-3, 5e-3, 40)  # m, of Delhaye et al. (2012) and beyond
 FINE = np.geomspace(0.1e-3, 0.5e-3, 10)  # m: the range in which texture is felt by vibration alone
 STEP = 1.05  # of a parameter, from one scene to the next
+STEPPED = 0.1e-3 * STEP ** np.arange(81)  # m: periods from 0.1 to 5 mm
 PLAIN = {"kind": "rough", "period": "20 mm", "hurst": 0.8, "longest": "2 mm"}
 EVERYDAY: Mapping[str, Section] = {
     "paper": {**PLAIN, "rms_height": "3 um", "shortest": "0.1 mm"},
@@ -113,17 +114,27 @@ def weakest_fundamental(finger: Section) -> float:
 
 
 def largest_step(finger: Section, what: str, steps: int = 8) -> float:
-    """Return the largest change (dB) of the rms acceleration over `steps` steps of STEP.
+    """Return the largest change (dB) of the rms acceleration in steps of STEP.
 
-    what: "amplitude", "speed", "load" or "period".
+    what: "amplitude", "speed" or "load", of which there are `steps` steps, or "period": all steps of STEPPED.
     """
-    found = []
-    for factor in STEP ** np.arange(steps + 1):
-        period = (0.5e-3 if what == "period" else 0.8e-3) * (factor if what == "period" else 1.0)
-        texture = sinusoid(period, 20e-6 * factor if what == "amplitude" else None)
-        load, speed = 0.3 * (factor if what == "load" else 1.0), 0.08 * (factor if what == "speed" else 1.0)
-        found.append(rms_acceleration(*heard(finger, texture, load, speed)))
-    return float(np.max(np.abs(np.diff(decibels(np.array(found))))))
+    if what == "period":
+        found = period_accelerations(finger)
+    else:
+        found = np.array([_varied(finger, what, factor) for factor in STEP ** np.arange(steps + 1)])
+    return float(np.max(np.abs(np.diff(decibels(found)))))
+
+
+def _varied(finger: Section, what: str, factor: float) -> float:
+    """Return the rms acceleration (m/s^2) with one value of the setting multiplied by `factor`."""
+    texture = sinusoid(0.8e-3, 20e-6 * factor if what == "amplitude" else None)
+    load, speed = 0.3 * (factor if what == "load" else 1.0), 0.08 * (factor if what == "speed" else 1.0)
+    return rms_acceleration(*heard(finger, texture, load, speed))
+
+
+def period_accelerations(finger: Section) -> Real:
+    """Return the rms acceleration (m/s^2) at each period of STEPPED."""
+    return np.array([rms_acceleration(*heard(finger, sinusoid(float(period)))) for period in STEPPED])
 
 
 def everyday(finger: Section) -> Real:

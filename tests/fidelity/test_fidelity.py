@@ -31,3 +31,9 @@ def test_the_levels_of_the_page_are_what_the_command_prints() -> None:
 @pytest.mark.thorough
 def test_the_default_print_of_the_page_is_what_the_command_prints() -> None:
     assert prints.row({}) in PAGE
+
+
+@pytest.mark.thorough
+def test_the_steps_of_the_period_on_the_page_are_what_the_command_prints() -> None:
+    for row in prints.steps():
+        assert row in PAGE
