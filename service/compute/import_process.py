@@ -16,6 +16,7 @@ import base64
 import json
 import os
 import resource
+import signal
 import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 AT_A_TIME = 2
 LONGEST = 120.0  # s; the largest text takes a minute on a slow machine
 MOST_MEMORY = 3 * 2**30  # bytes of address space: the largest surface takes 1.2 GB, and its libraries less than 1 GB
+CRASHES = signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL  # in a library, on a damaged file
 ROOT = Path(__file__).resolve().parents[2]  # import path of the process
 
 
@@ -67,6 +69,9 @@ class Imports:
             code, outcome, messages = await self._outcome(json.dumps(request).encode())
         if self._closed:
             raise Problem("closing", "The service is shutting down.")
+        if -code in CRASHES:
+            fault = "a file on which its reader crashes", "a whole file", "Copy it again, or export it as X3P."
+            raise InvalidRequest([Fault("/file", *fault)])
         if code < 0 or b"MemoryError" in messages:
             raise CannotRender("The import was stopped: it needed more time or more memory than is allowed.")
         if code != 0:

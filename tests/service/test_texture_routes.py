@@ -15,6 +15,7 @@ from fastapi import FastAPI
 from PIL import Image
 
 from service.app import create_app
+from service.compute.import_process import Imports
 from service.engine import SynthEngine
 from synth.scene.catalogue import catalogue_names
 from tests.service.harness import ask, problem, settings_of
@@ -46,6 +47,18 @@ def keyed(tmp_path: Path, read_here: None) -> Iterator[FastAPI]:
 def post(app: FastAPI, content: bytes = SCAN, file: str = "scan.csv", query: str = "", **rest: Any) -> httpx.Response:
     data = rest.pop("data", {**GIVEN, "name": "cloth"})
     return ask(app, "POST", f"/v1/textures{query}", files={"file": (file, content)}, data=data, **rest)
+
+
+@pytest.mark.parametrize(("code", "status", "kind"), [(-11, 422, "request-refused"), (-9, 503, "cannot-render")])
+def test_a_parser_that_crashes_is_told_apart_from_one_that_is_stopped(
+    own: FastAPI, monkeypatch: pytest.MonkeyPatch, code: int, status: int, kind: str
+) -> None:
+    async def ended(_imports: Imports, _request: bytes) -> tuple[int, bytes, bytes]:
+        return code, b"", b""
+
+    monkeypatch.setattr(Imports, "_outcome", ended)
+    refused = problem(post(own), status, kind)
+    assert ("crashes" in str(refused)) == (code == -11)
 
 
 async def pieces() -> AsyncIterator[bytes]:

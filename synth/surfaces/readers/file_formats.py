@@ -14,6 +14,7 @@ import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from tokenize import TokenError
 
 from synth.errors import RidgewaveError
 from synth.surfaces.readers import npy, png, text, tiff, topography_package
@@ -45,8 +46,12 @@ FORMATS = (
 )
 """Every format, in the order in which they are tried; the last one fits every file."""
 
-DAMAGED = (ValueError, OSError, EOFError, SyntaxError, KeyError, IndexError, TypeError, OverflowError, ArithmeticError)
-"""What readers raise for damaged files. Pillow raises SyntaxError for a broken PNG."""
+DAMAGED = (
+    *(ValueError, OSError, EOFError, SyntaxError, KeyError, IndexError, TypeError, OverflowError, ArithmeticError),
+    *(struct.error, zlib.error, MemoryError, TokenError, RecursionError),
+)
+"""What readers raise for damaged files. NumPy parses the header of an NPY file as Python; Pillow raises SyntaxError for a
+broken PNG."""
 
 
 def read_surface_file(path: Path, ending: str | None = None) -> SurfaceFile:
@@ -72,7 +77,7 @@ def read_surface_file(path: Path, ending: str | None = None) -> SurfaceFile:
         contents = found.read(path, ending)
     except RidgewaveError:
         raise
-    except (*DAMAGED, struct.error, zlib.error, MemoryError) as error:
+    except DAMAGED as error:
         refuse_file(f"a damaged {found.name} file", "a whole file", "Save or copy it again.", error)
     check_shape(contents.heights.shape)
     check_numbers(contents.heights, "a height")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import resource
+import struct
 import time
 import tracemalloc
 from contextlib import suppress
@@ -51,6 +52,14 @@ def test_two_hundred_bad_files_get_a_clear_fault_and_little_memory(tmp_path: Pat
         path.unlink()
         count += 1
     assert count == 200
+
+
+@pytest.mark.parametrize("header", [b"{'descr\0", b"{'descr", b"(" * 90, b"-" * 9000 + b"1"])
+def test_a_header_of_npy_that_is_no_python_gets_a_clear_fault(tmp_path: Path, header: bytes) -> None:
+    path = tmp_path / "a.npy"
+    path.write_bytes(b"\x93NUMPY\x01\0" + struct.pack("<H", len(header) + 1) + header + b"\n" + bytes(64))
+    with pytest.raises(InvalidRequest, match="a damaged NPY file"):
+        import_surface(path, OPTIONS)
 
 
 def test_a_file_is_refused_by_its_size_before_it_is_read(tmp_path: Path) -> None:
