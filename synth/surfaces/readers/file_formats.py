@@ -50,8 +50,8 @@ DAMAGED = (
     *(ValueError, OSError, EOFError, SyntaxError, KeyError, IndexError, TypeError, OverflowError, ArithmeticError),
     *(struct.error, zlib.error, MemoryError, TokenError, RecursionError),
 )
-"""What readers raise for damaged files. NumPy parses the header of an NPY file as Python; Pillow raises SyntaxError for a
-broken PNG."""
+"""What readers raise for damaged files. NumPy parses the header of an NPY file as Python, and Pillow raises SyntaxError
+for a broken PNG."""
 
 
 def read_surface_file(path: Path, ending: str | None = None) -> SurfaceFile:
