@@ -21,8 +21,6 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from synth.errors import CannotRender
-
 MOST_BYTES = 512 << 20  # the catalogue with one finger has 70 MB
 SOURCE = Path(__file__).resolve().parent
 
@@ -35,7 +33,7 @@ class FileForm(Generic[T]):
 
     ending: of the name, with its dot.
     write: returns the bytes of an entry.
-    read: returns the entry; raises CannotRender, ValueError, KeyError or TypeError for bytes that are not an entry.
+    read: returns the entry; raises an exception for bytes that are not an entry.
     """
 
     ending: str
@@ -60,7 +58,7 @@ class KeptFiles:
     def get(self, entry: FileEntry[T], build: Callable[[], T]) -> T:
         """Return the entry, from its file if there is one. Errors of `build` are raised and not kept."""
         path = self._path(entry)
-        with suppress(OSError, CannotRender, ValueError, KeyError, TypeError):
+        with suppress(Exception):  # libraries raise many kinds for damaged bytes
             found = entry.form.read(path.read_bytes())
             os.utime(path)  # marks the file as used now
             return found

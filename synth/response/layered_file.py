@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import fields
 from io import BytesIO
-from zipfile import BadZipFile
 
 import numpy as np
 
@@ -25,12 +24,9 @@ def layered_bytes(table: LayeredTable) -> bytes:
 
 
 def layered_of_bytes(content: bytes) -> LayeredTable:
-    """Return the table in `content`. Raises ValueError or KeyError unless it is a complete one."""
-    try:
-        with np.load(BytesIO(content), allow_pickle=False) as file:
-            return LayeredTable(**{field.name: file[field.name] for field in fields(LayeredTable)})
-    except (BadZipFile, EOFError) as error:
-        raise ValueError("not a layered table") from error
+    """Return the table in `content`. Raises an exception of NumPy or zipfile unless it is a complete one."""
+    with np.load(BytesIO(content), allow_pickle=False) as file:
+        return LayeredTable(**{field.name: file[field.name] for field in fields(LayeredTable)})
 
 
 LAYERED_FORM = FileForm(".npz", layered_bytes, layered_of_bytes)

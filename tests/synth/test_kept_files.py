@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
+import io
 import os
 import shutil
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +20,7 @@ from synth.motion.motion import Update
 from synth.plan import direct_plan, path_frames, preparation, scene_table, usual_hand
 from synth.response import layered_making
 from synth.response.layered_file import LAYERED_FORM
+from synth.response.layered_table import LayeredTable
 from synth.response.spectrum import SPECTRUM_FORM, Spectrum
 from synth.response_cache import ResponseCache
 from synth.scene.scene import parse_scene
@@ -146,9 +150,17 @@ def test_a_texture_over_an_area_is_found_again_too(tmp_path: Path, monkeypatch: 
     np.testing.assert_array_equal(stroked(opened(tmp_path, dots)), sound)
 
 
-def test_a_damaged_layered_table_is_refused() -> None:
-    with pytest.raises(ValueError, match="layered"):
-        LAYERED_FORM.read(b"PK\x05\x06 cut")
+@pytest.mark.parametrize("array", [b"", b"\x93NUMPY\x01\0\x08\0{'descr\n", b"\x93NUMPY\x01\0\x02\0[\n"])
+def test_a_damaged_layered_table_counts_as_absent(tmp_path: Path, array: bytes) -> None:
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w") as file:
+        for field in dataclasses.fields(LayeredTable):
+            file.writestr(f"{field.name}.npy", array)
+    files = KeptFiles(tmp_path)
+    for damaged in (content.getvalue(), content.getvalue()[:40], b"PK\x05\x06 cut", b""):
+        form = FileForm(".npz", lambda _made, damaged=damaged: damaged, LAYERED_FORM.read)  # type: ignore[misc]
+        made = [files.get(FileEntry("one", form), lambda: object()) for _ in range(2)]
+        assert made[0] is not made[1]
 
 
 def test_a_part_of_a_contact_and_a_line_off_the_middle_of_an_area_are_not_kept() -> None:
