@@ -243,6 +243,6 @@ def _float(value: float | None) -> float | None:
 
 
 def _fault(name: str, value: float, limit: float, unit: str) -> Fault | None:
-    if hasattr(value, "__float__") and math.isfinite(value) and -limit <= value <= limit:
+    if hasattr(value, "__float__") and -limit <= value <= limit:
         return None
     return Fault("/" + name, shown(value), f"-{limit:g} {unit} to {limit:g} {unit}", "Write a number in SI units.")

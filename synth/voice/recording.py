@@ -14,7 +14,7 @@ Limits  The samples are the same bits with the same versions on the same kind of
 
 from __future__ import annotations
 
-import math
+import sys
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -23,6 +23,7 @@ import numpy as np
 from synth.arrays import Block
 from synth.errors import Fault, SceneError, shown
 from synth.motion.motion import Update
+from synth.plan.effect_choice import added_quantities
 from synth.plan.usual_hand import with_full_scale
 from synth.response_cache import ResponseCache
 from synth.scene.merge import scene_before_bands
@@ -30,6 +31,7 @@ from synth.scene.scene import Scene, parse_scene
 from synth.voice.fades import end_gains, under
 from synth.voice.hand_log import FORMAT, VERSION, Event
 from synth.voice.hand_voice import HandVoice
+from synth.voice.live_voice import fixed_faults
 
 LONGEST_BLOCK = 1 << 14  # frames rendered together
 VERSIONS = (1, 2, VERSION)  # versions that can be read
@@ -38,6 +40,8 @@ OTHER_ENGINE = (
     "This recording was made before response tables: the motion and the scene are those of the session, but the "
     "samples differ by the interpolation error between the loads that were solved at that time.",
 )
+SCALES = 1e-24, 1e9  # SI: the widest range of FULL_SCALE_RANGES
+MOST_WHOLE = 1 << 53  # up to here every JSON reader keeps whole numbers exactly
 AS_DOWNLOADED = "Keep the recording as it was downloaded."
 
 
@@ -125,7 +129,10 @@ def _apply(event: Event, voice: HandVoice) -> None:
     elif name == "release":
         voice.release()
     elif name == "scene":
-        voice.apply(voice.prepare(with_full_scale(parse_scene(event[2]), voice.full_scale)))
+        scene = parse_scene(event[2])
+        if len(scene.output.channel_list) + len(added_quantities(scene)) != voice.channels:
+            raise SceneError(fixed_faults(voice.scene, scene))
+        voice.apply(voice.prepare(with_full_scale(scene, voice.full_scale)))
 
 
 def _read_head(document: Mapping[str, Any]) -> tuple[Scene, tuple[float, ...], int]:
@@ -140,8 +147,10 @@ def _read_head(document: Mapping[str, Any]) -> tuple[Scene, tuple[float, ...], i
         raise _refusal("/frames", value, "a whole number of frames", AS_DOWNLOADED)
     if not isinstance(events, list):
         raise _refusal("/events", shown(events), "a list of events", AS_DOWNLOADED)
-    if not isinstance(scales, list) or not scales or not all(_is_number(scale) and scale > 0.0 for scale in scales):
-        raise _refusal("/full_scale", shown(scales), "a list of numbers above 0, one per channel", AS_DOWNLOADED)
+    if not isinstance(scales, list) or not scales or not all(map(_is_scale, scales)):
+        low, high = SCALES
+        allowed = f"a list of numbers from {low:g} to {high:g} in the SI unit of the quantity, one per channel"
+        raise _refusal("/full_scale", shown(scales), allowed, AS_DOWNLOADED)
     asked = document.get("scene")
     if version == 1 and isinstance(asked, dict):
         asked = scene_before_bands(asked)
@@ -158,11 +167,15 @@ def _in_full_band(event: Event) -> Event:
 
 
 def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
+
+
+def _is_scale(value: object) -> bool:
+    return _is_number(value) and SCALES[0] <= value <= SCALES[1]  # type: ignore[operator]
 
 
 def _is_whole(value: object) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and value >= 0
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= MOST_WHOLE
 
 
 def _checked(event: object, place: int, first: int) -> int:

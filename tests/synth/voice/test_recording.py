@@ -63,6 +63,9 @@ def session(scene: dict[str, Any], seed: int, cache: ResponseCache | None = None
     return np.concatenate(blocks), json.loads(json.dumps(voice.recording()))
 
 
+HUGE = 10**400  # a whole number of JSON that no float can hold
+
+
 def played(document: dict[str, Any], seed: int) -> Block:
     random = np.random.default_rng(seed)
     replay = Recording(document).open()
@@ -142,6 +145,13 @@ def test_a_recording_made_before_tables_is_played_and_says_that_it_differs(versi
         ({"full_scale": [0.0]}, "/full_scale"),
         ({"full_scale": []}, "/full_scale"),
         ({"full_scale": "1"}, "/full_scale"),
+        ({"full_scale": [1e-300]}, "/full_scale"),
+        ({"full_scale": [HUGE]}, "/full_scale"),
+        ({"frames": HUGE}, "/frames"),
+        ({"faded": HUGE}, "/faded"),
+        ({"events": [[HUGE, "lift"]]}, "/events/0/0"),
+        ({"events": [[0, "contact", 1, HUGE, 0.0, None, 0.1]]}, "/events/0"),
+        ({"events": [[0, "contact", 1, 0.0, None, 0.1, -HUGE]]}, "/events/0"),
         ({"events": {}}, "/events"),
         ({"events": [[0, "touch"]]}, "/events/0"),
         ({"events": [[0, "lift"], [5, "contact", 1, 0.0, None, None, 0.1]]}, "/events/1"),
@@ -164,6 +174,14 @@ def test_what_is_no_recording_is_refused_with_its_place(change: dict[str, Any], 
     with pytest.raises(SceneError) as refused:
         Recording(document | change)
     assert refused.value.faults[0].pointer == pointer
+
+
+def test_a_change_to_other_channels_is_refused_when_it_is_played() -> None:
+    scene = {"output": {"channels": ["acceleration", "velocity"]}}
+    events = [[5, "scene", scene]]
+    head = {"format": "ridgewave-recording", "version": 3, "scene": {}, "full_scale": [1.0], "frames": 10}
+    with pytest.raises(SceneError, match="acceleration, velocity; allowed: acceleration, as at the start"):
+        Recording(head | {"events": events}).open().render(10)
 
 
 def test_an_exact_replay_keeps_the_tolerance_and_the_one_that_was_heard_what_its_table_told() -> None:
