@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import base64
 import json
-import math
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

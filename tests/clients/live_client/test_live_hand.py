@@ -56,6 +56,7 @@ def test_a_flood_of_updates_does_not_delay_the_credit() -> None:
     [
         (float("nan"), 0.1, "/position"),
         (float("inf"), 0.1, "/position"),
+        (10**400, 0.1, "/position"),
         (1001.0, 0.1, "/position"),
         ("1 mm", 0.1, "/position"),
         (0.0, float("nan"), "/load"),
