@@ -90,7 +90,7 @@ def smaller_cells(contact: T, size: tuple[float, float], ridge: float) -> T | No
     step = lattice_step(texture, size, ridge, coarser)
     cells = size[0] * size[1] / (step[0] * step[1] * ROW)
     places = (texture.period + math.hypot(*size)) * texture.across / (step[0] * step[1])
-    if cells > MOST_SMALLER or places > MOST_PLACES:
+    if coarser < 1.0 and (cells > MOST_SMALLER or places > MOST_PLACES):
         return None
     return replace(contact, coarser=coarser)  # type: ignore[call-arg]
 

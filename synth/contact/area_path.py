@@ -74,6 +74,11 @@ def coarsened(contact: AreaContact, coarser: float) -> Any:
     return replace(contact, coarser=coarser)  # type: ignore[type-var]
 
 
+def doubled(contact: AreaContact) -> Any:
+    """Return `contact` in cells twice as large: where its own cannot be halved, the change between both is its error."""
+    return coarsened(contact, 2.0 * contact.coarser)
+
+
 def turned(contact: AreaContact, angle: float) -> Any:
     """Return `contact`, a dataclass, with its finger turned by `angle` (rad)."""
     line = contact.line._replace(direction=contact.line.direction + angle)

@@ -7,7 +7,8 @@ Model   A finger swings over the area as `swing.Swing` does, at the largest spee
         `area_path` is added.
         Before that, the cells are halved until their remaining error, by the change when they are halved, is
         DISCRETE_SHARE of the tolerance, or until smaller ones would take more than MOST_WORK. A live voice along a line
-        keeps the usual cells and reports their error.
+        keeps the usual cells and reports their error. Where the usual cells cannot be halved, their error is the change
+        from cells twice as large.
 Source  design, section 4.
 Limits  The swing is short, and along one line of the area.
 """
@@ -56,9 +57,13 @@ CELLS_FORM = json_form(asdict, lambda fields: CellErrors(tuple(fields["errors"])
 
 def cells_along_path(asked: Request, contact: Any, tolerance: float) -> tuple[Any, Array]:
     """Return `contact` in the cells of a file along a path, and the remaining error of each quantity by the cells."""
+    from synth.contact.area_path import doubled
+
     scene = asked.scene
     load, fastest = max(scene.scan.load, scene.scan.lift_load), ScanMotion(scene).fastest()
     swing = Swing(SOLUTIONS * scene.output.band_limit, scene.output.band_limit, fastest, PATH_SLOPE, SHORT)
+    if contact.halved() is None:
+        return contact, UNSEEN * changed_by(doubled(contact), contact, swing, load, BEGINS)
     left, earlier = np.zeros(len(QUANTITIES)), None
     while (smaller := contact.halved()) is not None:
         many = smaller.grid.cells > MOST_WORK
@@ -74,6 +79,13 @@ def cells_along_path(asked: Request, contact: Any, tolerance: float) -> tuple[An
     return contact, UNSEEN * left
 
 
+def first_cells(contact: Any) -> Any:
+    """Return `contact` in the cells that a file along a line halves first: twice as large if its own cannot be halved."""
+    from synth.contact.area_path import doubled
+
+    return doubled(contact) if contact.halved() is None else contact
+
+
 def cells_along_line(asked: Request, contact: Any, cache: ResponseCache) -> Array:
     """Return the error of each quantity by the cells of a live voice along its line, from the change by halved cells.
 
@@ -83,13 +95,15 @@ def cells_along_line(asked: Request, contact: Any, cache: ResponseCache) -> Arra
     load = max(scene.scan.load, scene.scan.lift_load)
 
     def found() -> CellErrors:
+        from synth.contact.area_path import doubled
+
         smaller, phases = contact.halved(), points_for(highest)
-        if smaller is None:  # the cells are as small as a file's may be
-            return CellErrors((0.0,) * len(QUANTITIES))
+        pair = (doubled(contact), contact) if smaller is None else (contact, smaller)
         theta, demand = np.arange(phases) / phases, Demand(highest, tuple(range(len(QUANTITIES))), 0.0)
-        before, after = (harmonics_of(one.approach(theta, load)[0], highest) for one in (contact, smaller))
-        changed, _allowed = changes(before, after, demand, smaller.scale_at(load))
-        return CellErrors(tuple(one / (1.0 - FIRST_ORDER) for one in changed))  # one change cannot show a faster fall
+        before, after = (harmonics_of(one.approach(theta, load)[0], highest) for one in pair)
+        changed, _allowed = changes(before, after, demand, contact.scale_at(load))
+        left = 1.0 if smaller is None else 1.0 / (1.0 - FIRST_ORDER)  # one change cannot show a faster fall
+        return CellErrors(tuple(left * one for one in changed))
 
     key: tuple[Any, ...] = ("cells along the line", contact.key, load, highest)
     return np.array(cache.get(key, found, partial(entry_of, scene, contact, key[2:], CELLS_FORM)).errors)

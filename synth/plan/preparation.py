@@ -42,7 +42,7 @@ from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out
 from synth.plan.frame_solver import FramePlan, plan_frames
 from synth.plan.motion_peak import differs_from_cruise
 from synth.plan.own_motion import has_approach, own_motion, pressed
-from synth.plan.path_frames import beside_cells, cells_along_line, cells_along_path, path_frames
+from synth.plan.path_frames import beside_cells, cells_along_line, cells_along_path, first_cells, path_frames
 from synth.plan.process_start import begun
 from synth.plan.request import N_MAX, Request, harmonics_in_band
 from synth.plan.scene_table import entry_of, kept_table, read_error
@@ -184,7 +184,9 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
         many = over_area(asked) or asked.load_varies or any(asked_effects(scene, Kind.BALANCE))  # solutions
         if file and many:
             contact, cells = cells_along_path(asked, contact_of(scene, stretch), tolerance)
-        elif not file and not asked.area:
+        elif file:
+            contact = first_cells(contact)
+        elif not asked.area:
             cells = cells_along_line(asked, contact, cache)
     if scene.accuracy.tolerance == "imperceptible":
         tolerance = _imperceptible(contact, asked)
