@@ -74,8 +74,11 @@ def coarsened(contact: AreaContact, coarser: float) -> Any:
     return replace(contact, coarser=coarser)  # type: ignore[type-var]
 
 
-def doubled(contact: AreaContact) -> Any:
-    """Return `contact` in cells twice as large: where its own cannot be halved, the change between both is its error."""
+def doubled(contact: Any) -> Any:
+    """Return `contact` in cells twice as large. Where its own cannot be halved, the change from them is its error.
+
+    contact: an AreaContact.
+    """
     return coarsened(contact, 2.0 * contact.coarser)
 
 

@@ -80,7 +80,7 @@ def cells_along_path(asked: Request, contact: Any, tolerance: float) -> tuple[An
 
 
 def first_cells(contact: Any) -> Any:
-    """Return `contact` in the cells that a file along a line halves first: twice as large if its own cannot be halved."""
+    """Return `contact` in the cells that a file along a line halves first: larger ones if its own cannot be halved."""
     from synth.contact.area_path import doubled
 
     return doubled(contact) if contact.halved() is None else contact

@@ -22,6 +22,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.forces import Response
+from synth.contact.load_balance import Contact
 from synth.response.load_grid import SolvedRows, first_loads, halfway, heaviest_row, solved_rows
 from synth.response.mip_levels import PLACES_A_HARMONIC, MipLevels
 from synth.response.place_spline import PADDING, padded, spline_coefficients
@@ -39,6 +40,7 @@ from synth.response.table_error import (
     swings,
     widest,
 )
+from synth.surfaces.height_field import HeightField
 
 Indices = np.ndarray[Any, np.dtype[np.intp]]
 
@@ -142,7 +144,11 @@ def refined_making(response: Response, bounds: TableBounds, heaviest: float) -> 
     if finer is not None:
         making = making.on(finer)
     elif smaller is not None:
-        making.discrete = making.discrete + making.changed_by(smaller)
+        making.discrete = making.discrete + making.changed_by(response, smaller) / (1.0 - smaller.settles)
+    elif isinstance(response, Contact) and isinstance(response.geometry.profile, HeightField):
+        from synth.contact.area_path import doubled
+
+        making.discrete = making.discrete + making.changed_by(doubled(response), response)
     for _ in range(REFINED):
         discrete, folded = making.excess(making.discrete) / SHARE, making.excess(making.folds) / SHARE_OF_FOLDS
         if max(discrete, folded) <= 1.0 or not making.has_room:
@@ -189,14 +195,11 @@ class TableMaking:
             finer.discrete = finer.relative_to_extents(finer.rows.heights - self.rows.heights, finer.extents)
         return finer
 
-    def changed_by(self, smaller: Response) -> Array:
-        """Return the error of the cells at the usual load, from the change with `smaller` ones [3, counts, 1].
-
-        It is relative to the extents at that load.
-        """
+    def changed_by(self, coarse: Response, fine: Response) -> Array:
+        """Return the change by smaller cells at the usual load, relative to the extents at that load [3, counts, 1]."""
         load = np.array([min(USUAL_LOAD, self.heaviest)])
-        before, after = (solved_rows(one, load, self.phases).heights for one in (self.response, smaller))
-        return self.relative_to_extents(after - before, self.usual) / (1.0 - smaller.settles)
+        before, after = (solved_rows(one, load, self.phases).heights for one in (coarse, fine))
+        return self.relative_to_extents(after - before, self.usual)
 
     def series(self, values: Array) -> Complex:
         """Return harmonics 0 to the highest, one-sided as in `spectrum`, of `values` [rows, phases]: [rows, n]."""

@@ -15,6 +15,7 @@ from synth.plan import preparation
 from synth.plan.preparation import prepare
 from synth.response.spectrum import Demand, curves, harmonics_of, points_for, solve_spectrum
 from synth.response.table_error import QUANTITIES
+from synth.response.table_making import TableBounds, refined_making
 from synth.response_cache import ResponseCache
 from synth.scene.scene import Scene, parse_scene
 from tests.few import thorough
@@ -133,6 +134,14 @@ def test_cells_that_cannot_be_halved_tell_their_error(
     """Those of a large surface: their error is the change from cells twice as large."""
     monkeypatch.setattr(area_contact, "MOST_SMALLER", 0)
     assert min(told_and_found(random_scene(kind, seed)[0], paced)) >= 0.03
+
+
+def test_a_table_counts_cells_that_cannot_be_halved(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, bounds = random_scene("comb", 2)[0], TableBounds(harmonics=HIGHEST)
+    halved = refined_making(contact_of(scene), bounds, 2.0).discrete
+    monkeypatch.setattr(area_contact, "MOST_SMALLER", 0)
+    doubled = refined_making(contact_of(scene), bounds, 2.0).discrete
+    assert np.all(halved > 0.0) and np.all(doubled >= halved) and np.all(doubled < 12.0 * halved)
 
 
 def told_and_found(scene: Scene, paced: bool) -> list[float]:
