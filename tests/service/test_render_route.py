@@ -148,9 +148,12 @@ def test_an_internal_error_shows_an_id_and_nothing_else(
 
 
 class FullDisk(io.BytesIO):
-    """A temporary file on a full disk."""
+    """A temporary file on a full disk. Closing it writes what its buffer holds, as for any file of Python."""
 
     name = 16
+
+    def close(self) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device", "/secret/ridgewave-x")
 
     def write(self, data: Any) -> int:
         raise OSError(errno.ENOSPC, "No space left on device", "/secret/ridgewave-x")
@@ -161,8 +164,8 @@ def test_a_long_flac_without_room_for_its_temporary_file_has_its_reason(
 ) -> None:
     long = {"output": {"duration": 1.5 * WHOLE_SAMPLES / 48000}}
     monkeypatch.setattr(tempfile, "TemporaryFile", lambda **_: FullDisk())
-    answer = ask(app, "POST", "/v1/render?format=flac", json=long)
-    assert problem(answer, 503, "cannot-render")["detail"] == "cannot write the sound: the disk is full."
+    detail = problem(ask(app, "POST", "/v1/render?format=flac", json=long), 503, "cannot-render")["detail"]
+    assert "temporary file" in detail and "request WAV" in detail and "secret" not in detail
 
     def none(**_: object) -> None:
         raise FileNotFoundError(errno.ENOENT, "No usable temporary directory found in ['/secret']")
