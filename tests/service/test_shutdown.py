@@ -6,6 +6,7 @@ import signal
 import socket
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import httpx
@@ -15,7 +16,7 @@ import soundfile
 
 from service.server import listen, run
 from synth.errors import CannotRender
-from tests.service.harness import PATIENCE, Child, Listener, settings_of, until
+from tests.service.harness import PATIENCE, Child, Listener, problem, settings_of, until
 from tests.service.live.client import live
 
 PLAIN = "tests.service.serve_plain"
@@ -117,6 +118,25 @@ def test_a_render_that_is_not_finished_does_not_hold_the_end_up(tmp_path: Path) 
             child.process.wait(60.0)
     finally:
         child.end()
+
+
+def test_a_solve_and_a_measurement_that_are_not_finished_are_told_of_the_end(tmp_path: Path) -> None:
+    child = Child("tests.service.serve_stuck", tmp_path)
+    try:
+        url = child.url()
+        with ThreadPoolExecutor(2) as callers:
+            answers = [
+                callers.submit(httpx.post, f"{url}/v1/{path}", json={}, timeout=PATIENCE)
+                for path in ("tables", "accuracy")
+            ]
+            until(lambda: all(f"a {work} begins" in child.log.read_text() for work in ("table", "measurement")), 60.0)
+            child.process.send_signal(signal.SIGTERM)
+            for answer in answers:
+                problem(answer.result(), 503, "closing")
+        child.process.wait(60.0)
+    finally:
+        child.end()
+    assert "Traceback" not in child.log.read_text()
 
 
 def test_a_taken_port_is_a_sentence(tmp_path: Path) -> None:
