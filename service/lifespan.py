@@ -124,8 +124,7 @@ class Service:
         """Fade out and end every stream and play; accept no new ones. From any thread; further calls do no harm."""
         if not self.closing and self.loop is not None:
             grace = max(0.0, self.settings.shutdown_timeout - CUT_SECONDS)
-            for cut in (self.renders.cut, self.solves.cut):
-                self.loop.call_soon_threadsafe(self.loop.call_later, grace, cut)
+            self.loop.call_soon_threadsafe(self.loop.call_later, grace, self.renders.cut)
         self.closing = True
         self.measurements.close()
         self.imports.close()

@@ -19,7 +19,6 @@ from functools import partial
 from typing import Any, TypeVar
 
 from service.compute.work_places import Places
-from service.problems import Problem
 
 Result = TypeVar("Result")
 
@@ -56,33 +55,11 @@ class Solves:
 
     def __init__(self, places: Places) -> None:
         self._places = places
-        self._under_way: set[asyncio.Task[Any]] = set()
-        self._ended = False
-
-    def cut(self) -> None:
-        """Refuse every unfinished solve and all later ones: the service shuts down. Threads end with the process."""
-        self._ended = True
-        for task in self._under_way:
-            task.cancel()
 
     async def run(self, client: str, work: Callable[..., Result], *arguments: Any) -> Result:
-        """Return what `work` returns, from a thread, once `client` has a slot for it. Raises Problem at a shutdown."""
-        task = asyncio.get_running_loop().create_task(self._run(client, partial(work, *arguments)))
-        self._under_way.add(task)
-        try:
-            return await task
-        except asyncio.CancelledError:
-            if not self._ended:
-                raise
-            raise Problem("closing", "The service is shutting down.") from None
-        finally:
-            self._under_way.discard(task)
-
-    async def _run(self, client: str, work: Callable[[], Result]) -> Result:
-        if self._ended:
-            raise Problem("closing", "The service is shutting down.")
+        """Return what `work` returns, from a thread, once `client` has a slot for it."""
         place = await self._places.enter(client)
-        result: Result = await ThreadWork(work, "solve", place.leave).done
+        result: Result = await ThreadWork(partial(work, *arguments), "solve", place.leave).done
         return result
 
 
