@@ -91,7 +91,9 @@ def test_without_an_acceptable_format_nothing_is_rendered(app: FastAPI, engine: 
     assert engine.opened == []
 
 
-@pytest.mark.parametrize("query", ["?format=mp3", "?formt=wav", "?format=wav&format=", "?format=WAV"])
+@pytest.mark.parametrize(
+    "query", ["?format=mp3", "?formt=wav", "?format=wav&format=", "?format=flac&format=wav", "?format=WAV"]
+)
 def test_a_wrong_parameter_is_refused_by_name(app: FastAPI, query: str) -> None:
     answer = ask(app, "POST", f"/v1/render{query}", json={})
     assert problem(answer, 422, "request-refused")["errors"][0]["pointer"].startswith("?form")
