@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
@@ -21,7 +21,7 @@ from service import problems
 from service.engine import Engine, SynthEngine
 from service.http import openapi
 from service.http.content_negotiation import Compression
-from service.http.query_faults import query_faults
+from service.http.query_faults import each_once, query_faults
 from service.http.rate_limits import Limits, RateLimit
 from service.http.routes import (
     accuracy,
@@ -67,6 +67,7 @@ def create_app(settings: Settings, engine: Engine | None = None, workers_folder:
         docs_url=None,
         redoc_url=None,
         redirect_slashes=False,
+        dependencies=[Depends(each_once)],
         middleware=_layers(settings, service.limits),
         exception_handlers=dict.fromkeys((Problem, RidgewaveError, RequestValidationError, HTTPException), _answer),
     )

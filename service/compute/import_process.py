@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 AT_A_TIME = 2
 LONGEST = 120.0  # s; the largest text takes a minute on a slow machine
 MOST_MEMORY = 3 * 2**30  # bytes of address space: the largest surface takes 1.2 GB, and its libraries less than 1 GB
+NO_ROOM = "an import needs temporary files, and this machine has no room for them."
 CRASHES = signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL  # in a library, on a damaged file
 ROOT = Path(__file__).resolve().parents[2]  # import path of the process
 
@@ -146,8 +147,11 @@ def _imported(request: dict[str, Any]) -> dict[str, Any]:
     from synth.surfaces.measurement.relief_picture import relief_picture
 
     found = import_surface(Path(request["path"]), read_options(request["options"]), request["file"])
-    with open(request["heights"], "wb") as file:
-        np.save(file, found.surface.heights)
+    try:
+        with open(request["heights"], "wb") as file:
+            np.save(file, found.surface.heights)
+    except OSError as error:
+        raise CannotRender(NO_ROOM) from error
     picture = base64.b64encode(relief_picture(found.heights, found.spacing)).decode()
     return {"report": found.report, "spacing": list(found.spacing), "picture": picture}
 

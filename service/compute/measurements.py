@@ -19,7 +19,7 @@ from starlette.types import Receive
 from service.engine import Engine
 from service.http.chunked_answer import departure
 from service.problems import Problem, refused
-from synth.errors import shown
+from synth.errors import CannotRender, shown
 from synth.scene.scene import Scene
 
 RETRY_SECONDS = 20  # a measurement takes up to a minute; on average, half of it is left
@@ -63,6 +63,10 @@ class Measurements:
             given_up.set()
             document: dict[str, Any] = await work
             return document
+        except CannotRender:
+            if not self._closed:
+                raise
+            raise Problem("closing", "The service is shutting down.") from None
         finally:
             given_up.set()
             self._under_way = False

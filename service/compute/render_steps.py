@@ -20,7 +20,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, BinaryIO, cast
 
 import numpy as np
 
@@ -254,11 +254,7 @@ def _streamed(render: Render, beginning: list[Block]) -> Iterator[Message]:
 
 def _flac(render: Render, beginning: list[Block]) -> Iterator[Message]:
     """Yield a long FLAC, from a temporary file that is deleted with the answer."""
-    try:
-        file = tempfile.TemporaryFile(prefix="ridgewave-")  # noqa: SIM115 - closed when the answer is over
-    except OSError as error:
-        raise CannotRender("a long FLAC needs a temporary file, and none can be made here: request WAV.") from error
-    with file as store:
+    with _temporary_file() as store:
         metadata = metadata_of(render.voice, render.scene)
         with open_writer(store, SoundFormat.FLAC, render.voice.sample_rate, render.voice.channels, metadata) as writer:
             for block in _blocks(render, beginning):
@@ -270,6 +266,17 @@ def _flac(render: Render, beginning: list[Block]) -> Iterator[Message]:
         yield render.answer(length)
         while chunk := store.read(FILE_BYTES):
             yield chunk
+
+
+@contextmanager
+def _temporary_file() -> Iterator[BinaryIO]:
+    """Yield a temporary file. Raises CannotRender where it cannot be made, or closed: closing writes what it holds."""
+    try:
+        with tempfile.TemporaryFile(prefix="ridgewave-") as file:
+            yield cast(BinaryIO, file)
+    except OSError as error:
+        reason = "a long FLAC needs a temporary file, and none can be made or written here: request WAV."
+        raise CannotRender(reason) from error
 
 
 def read_picture(

@@ -15,7 +15,7 @@ from synth.encode.samples import SoundFormat
 
 Answers = dict[int | str, dict[str, Any]]
 
-_ALWAYS = ("bad-request", "key-required", "host-refused", "origin-refused", "rate-limited", "internal")
+_ALWAYS = ("bad-request", "key-required", "host-refused", "origin-refused", "rate-limited", "internal", "closing")
 _HEADERS = {
     "Ridgewave-Format": "Format, rate and channels of the samples, as in f32le;rate=48000;channels=1.",
     "Ridgewave-Full-Scale": "SI value of a sample of 1.0, one per channel.",
@@ -54,7 +54,7 @@ def answer_of(schema: str | Mapping[str, Any], description: str, status: int = 2
 def problem_answers(*names: str) -> Answers:
     """Return the problem answers of a route, including those that every request can get."""
     answers: Answers = {}
-    for name in (*names, *_ALWAYS):
+    for name in dict.fromkeys((*names, *_ALWAYS)):
         kind = problems.TYPES[name]
         answer = answers.setdefault(
             kind.status, {"description": "", "content": {problems.MEDIA_TYPE: {"schema": PROBLEM}}}

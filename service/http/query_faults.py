@@ -5,17 +5,27 @@ Limits: a parameter is a choice, a boolean or a number. Its unit is `x-unit` of 
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from starlette.requests import Request
+from starlette.requests import HTTPConnection, Request
 
+from service.problems import refused
 from synth.errors import Fault, shown
 from synth.scene.rules import nearest
 
 LONGEST_NAME = 100  # characters of an unknown parameter's name in an answer
 
 Schema = Mapping[str, Any]
+
+
+async def each_once(connection: HTTPConnection) -> None:
+    """Refuse a parameter that is given twice, where the route reads its query: the framework takes the last one."""
+    if connection.scope["route"].dependant.query_params:
+        given = Counter(name for name, _ in connection.query_params.multi_items())
+        for name in (name for name, times in given.items() if times > 1):
+            raise refused(f"?{_shortened(name)}", "the same parameter more than once", "each once", "Keep one of them.")
 
 
 def query_faults(request: Request, errors: Sequence[Mapping[str, Any]]) -> tuple[Fault, ...]:
@@ -30,10 +40,13 @@ def _fault(schema: Schema, entry: Mapping[str, Any]) -> Fault:
     if name not in known:
         near = nearest(name, known)
         hint = f'The nearest known parameter is "{near}".' if near else "Leave it out."
-        shortened = name if len(name) <= LONGEST_NAME else name[: LONGEST_NAME - 3] + "..."
-        return Fault(f"?{shortened}", "an unknown parameter", f"the parameters {', '.join(known)}", hint)
+        return Fault(f"?{_shortened(name)}", "an unknown parameter", f"the parameters {', '.join(known)}", hint)
     value = entry.get("input")
     return Fault(f"?{name}", shown(value), *_allowed(_described(schema, known[name]), str(value)))
+
+
+def _shortened(name: str) -> str:
+    return name if len(name) <= LONGEST_NAME else name[: LONGEST_NAME - 3] + "..."
 
 
 def _described(schema: Schema, field: Schema) -> Schema:

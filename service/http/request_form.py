@@ -13,18 +13,21 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 
+from python_multipart.multipart import parse_options_header
 from starlette.datastructures import UploadFile
 from starlette.formparsers import MultiPartException
 from starlette.requests import Request
 from starlette.types import Message
 
+from service.compute.import_process import NO_ROOM
 from service.http.request_body import too_large
 from service.problems import Problem, refused
-from synth.errors import shown
+from synth.errors import CannotRender, shown
 
 FORM = "multipart/form-data"
 MOST_FIELDS = 16
 FIELD_BYTES = 4096
+CHARSETS = ("utf-8", "us-ascii")  # RFC 7578 has no charset; with others, decoding fails or leaves lone surrogates
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,9 +44,14 @@ async def read_form(request: Request, limit: int, setting: str) -> AsyncIterator
 
     limit: largest body, in bytes, which the setting `setting` gives.
     Raises Problem: 415 for another media type, 413 for a larger body, 422 for a form without a file.
+    Raises CannotRender where the temporary file has no room.
     """
-    if request.headers.get("content-type", "").partition(";")[0].strip().lower() != FORM:
+    media_type, parameters = parse_options_header(request.headers.get("content-type"))
+    if media_type != FORM.encode():
         raise Problem("not-multipart", f"Send Content-Type: {FORM}.", headers={"Accept-Post": FORM})
+    charset = parameters.get(b"charset", b"utf-8").decode("latin-1")
+    if charset.lower() not in CHARSETS:
+        raise refused("", f"a form with charset={shown(charset)}", "a form in UTF-8", "Leave charset out.")
     larger = too_large(limit, setting)
     length = request.headers.get("content-length", "")
     if length.isdigit() and int(length) > limit:
@@ -62,8 +70,10 @@ async def read_form(request: Request, limit: int, setting: str) -> AsyncIterator
     asked = Request({name: value for name, value in request.scope.items() if name != "app"}, counted)
     try:
         parsed = await asked.form(max_files=1, max_fields=MOST_FIELDS, max_part_size=FIELD_BYTES)
-    except (MultiPartException, UnicodeDecodeError) as error:
+    except MultiPartException as error:
         raise refused("", shown(str(error)), "a multipart form with one file", "See docs/http.md.") from error
+    except OSError as error:
+        raise CannotRender(NO_ROOM) from error
     try:
         yield _checked(dict(parsed.multi_items()), len(parsed.multi_items()))
     finally:
@@ -75,7 +85,8 @@ def _checked(parts: dict[str, UploadFile | str], count: int) -> Form:
         raise refused("", "a field twice", "each field once", "Leave one out.")
     file = parts.pop("file", None)
     if not isinstance(file, UploadFile):
-        raise refused("/file", "nothing" if file is None else "text", "a file", 'Send it as the field "file".')
+        hint = 'Send it as the field "file", with a filename: a part without one is text.'
+        raise refused("/file", "nothing" if file is None else "text", "a file", hint)
     fields = {name: value for name, value in parts.items() if isinstance(value, str) and value}
     if any(isinstance(value, UploadFile) for value in parts.values()):
         raise refused("", "two files", 'one file, in the field "file"', "Leave the other out.")

@@ -2,7 +2,8 @@
 
 Two ASGI layers, the outer one first:
     Bouncer   refuses a Host that is not allowed (DNS rebinding: a foreign name that resolves to this machine), and a
-              write or a WebSocket from a web page of another origin. Adds headers. Answers internal errors by a 500.
+              write or a WebSocket from a web page of another origin. Adds headers. Answers internal errors by a 500,
+              and requests that a shutdown cancels by a 503.
     KeyCheck  requires a Bearer key if RIDGEWAVE_API_KEYS is set. A WebSocket may offer its key as a subprotocol,
               `ridgewave.key.` and the key in base64url. Keys are compared in constant time, and never echoed or logged.
 CORS stands between the two, because a preflight request carries no key.
@@ -11,6 +12,7 @@ Limits: without keys, any program on this machine may call the service: the chec
 
 from __future__ import annotations
 
+import asyncio
 import base64
 import hmac
 import logging
@@ -80,6 +82,10 @@ class Bouncer:
             await self._app(scope, receive, send_with_headers)
         except ClientDisconnect:
             return  # no answer can be sent
+        except asyncio.CancelledError:  # the server's timeout after a signal is over
+            if started or not scope["app"].state.service.closing:
+                raise
+            await refuse(Problem("closing", "The service is shutting down."), scope, receive, send_with_headers)
         except Problem as problem:
             await refuse(problem, scope, receive, send_with_headers)
         except Exception:

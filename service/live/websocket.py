@@ -17,7 +17,6 @@ import asyncio
 import email.utils
 import logging
 import os
-import struct
 from collections.abc import Callable
 from http import HTTPStatus
 from typing import Any, cast
@@ -27,14 +26,17 @@ from starlette.types import Message
 from uvicorn import Config
 from uvicorn.server import ServerState
 from websockets.datastructures import Headers
+from websockets.exceptions import InvalidMethod
 from websockets.frames import Frame, Opcode
 from websockets.http11 import Request, Response
 from websockets.server import ServerProtocol
 
 from service.http.read_turns import shared_turns
+from service.http.security import our_bug
 from service.live.transport import WIRE, Messages, Receiver
-from service.live.websocket_frames import WHOLE_BINARY, WHOLE_TEXT, FrameReader
+from service.live.websocket_frames import WHOLE_BINARY, WHOLE_TEXT, FrameReader, frame_head
 from service.operations.logs import WithoutHeaders
+from service.problems import Problem
 
 log = logging.getLogger("ridgewave.service")
 
@@ -43,6 +45,7 @@ LINGER_SECONDS = 10.0  # after that, for a slow peer to read the rest; longer: d
 DISCARD_SECONDS = 0.02  # between two reads that discard what such a peer sends
 SHUTDOWN_SECONDS = 0.5  # for streams to fade on a shutdown
 DOUBT_SECONDS = 0.25  # extra time for a pong, because a late service may not have read it yet
+CLOSING = Problem("closing", "The service is shutting down.")
 BROKEN, RESTART, NOT_TEXT, OURS = 1006, 1012, 1007, 1011  # close codes (RFC 6455, 7.4.1; 1012: its registry)
 
 
@@ -50,11 +53,13 @@ class PeerGone(ConnectionError):
     """Raised by `send` when the peer is gone."""
 
 
-def frame_head(kind: int, size: int) -> bytes:
-    """Return the head of an unmasked frame with a payload of `size` bytes (RFC 6455, 5.2)."""
-    if size < 126:
-        return bytes((kind, size))
-    return struct.pack("!BBH", kind, 126, size) if size < 1 << 16 else struct.pack("!BBQ", kind, 127, size)
+def _invalid(error: Exception | None) -> Problem:
+    """Return the problem of an invalid handshake. It may name a header, but not its value, which may be a key."""
+    if isinstance(error, InvalidMethod):
+        return Problem("method-not-allowed", "A WebSocket is opened by GET.", headers={"Allow": "GET"})
+    return Problem(
+        "bad-request", f"{getattr(error, 'name', 'The request')} is invalid for a WebSocket (RFC 6455, 4.2.1)."
+    )
 
 
 class LiveProtocol(asyncio.Protocol):
@@ -137,7 +142,7 @@ class LiveProtocol(asyncio.Protocol):
         if self._open:
             self._close(RESTART, "")
         elif not self._answered:
-            self._reject(HTTPStatus.SERVICE_UNAVAILABLE)
+            self._reject(CLOSING)
         if not self._gone:
             self.transport.close()
 
@@ -153,7 +158,7 @@ class LiveProtocol(asyncio.Protocol):
             return
         self._answer = self.conn.accept(asked)
         if self._answer.status_code != HTTPStatus.SWITCHING_PROTOCOLS:
-            self._respond(self._answer)
+            self._reject(_invalid(self.conn.handshake_exc))
             return
         self.transport.pause_reading()  # until `deliver`
         self._events.put_nowait({"type": "websocket.connect"})
@@ -187,15 +192,16 @@ class LiveProtocol(asyncio.Protocol):
 
     async def _serve(self, scope: dict[str, Any]) -> None:
         """Run the application, and close what it leaves open."""
+        refusal = CLOSING  # cancelled by a shutdown, unless the application fails
         try:
             await self._config.loaded_app(scope, self._events.get, self._send)
         except PeerGone:
             log.debug("a WebSocket's peer went while its application was sending")
         except Exception:
-            log.exception("our mistake: a WebSocket's application failed")
+            refusal = our_bug(scope)
         finally:
             if not self._answered and not self._gone:
-                self._reject(HTTPStatus.INTERNAL_SERVER_ERROR)
+                self._reject(refusal)
             elif self._open:
                 self.transport.close()
                 self._after(CLOSE_SECONDS, self.transport.abort)
@@ -218,8 +224,8 @@ class LiveProtocol(asyncio.Protocol):
                 await self.send_all([message["bytes"] if message.get("bytes") is not None else message["text"]])
             case "websocket.close" if self._answered:
                 self._close(message.get("code", 1000), message.get("reason") or "")
-            case "websocket.close":
-                self._reject(HTTPStatus.FORBIDDEN)
+            case "websocket.close":  # the router knows no such path
+                self._reject(Problem("not-found", "No WebSocket is served at this path."))
 
     def _accept(self, message: Message) -> None:
         answer = self._answer
@@ -241,8 +247,9 @@ class LiveProtocol(asyncio.Protocol):
         headers.setdefault("Content-Length", str(len(refusal["body"])))
         self._respond(Response(refusal["status"], HTTPStatus(refusal["status"]).phrase, headers, refusal["body"]))
 
-    def _reject(self, status: HTTPStatus) -> None:
-        self._respond(self.conn.reject(status, status.phrase))
+    def _reject(self, problem: Problem) -> None:
+        answer = problem.response()
+        self._refuse({"status": answer.status_code, "headers": answer.raw_headers, "body": answer.body})
 
     def _respond(self, response: Response) -> None:
         """Answer without an upgrade."""

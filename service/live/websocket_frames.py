@@ -1,4 +1,4 @@
-"""Reads the frames of one WebSocket peer, a bounded amount in each turn of the event loop.
+"""Reads the frames of one WebSocket peer, a bounded amount in each turn of the event loop; and the heads of our own.
 
 Model: the head of a frame gives its length, so the frames are separated without the parser. A short message in one
     whole frame, as nearly all are, goes straight to the receiver. Every other frame goes through the parser of
@@ -12,6 +12,7 @@ Limits: the last message of a turn may exceed TURN_SECONDS. At most one read of 
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable
 from time import perf_counter
 
@@ -29,6 +30,13 @@ FLOOD_BYTES = 1024  # of a frame that count as one more frame of a flood
 WHOLE_TEXT, WHOLE_BINARY, PING, PONG = 0x81, 0x82, 0x89, 0x8A  # first byte of a frame that is a whole message
 MASKED, SHORT = 0x80, 126  # second byte: the bit of the mask; sizes from here on follow the byte
 MASK_BYTES = 4
+
+
+def frame_head(kind: int, size: int) -> bytes:
+    """Return the head of an unmasked frame with a payload of `size` bytes (RFC 6455, 5.2)."""
+    if size < 126:
+        return bytes((kind, size))
+    return struct.pack("!BBH", kind, 126, size) if size < 1 << 16 else struct.pack("!BBQ", kind, 127, size)
 
 
 def frame_size(held: bytes, place: int) -> int:

@@ -142,7 +142,7 @@ class Store:
     def keep(
         self, owner: str, name: str, surface: SurfaceData, kind: str, report: Mapping[str, Any], quota: Quota
     ) -> StoredTexture:
-        """Keep `surface` as `name` of `owner`; keeping the same surface under its name again changes nothing.
+        """Keep `surface` as `name` of `owner`; keeping the same surface again changes nothing, or mends a damaged row.
 
         Raises InvalidRequest for a name that is not allowed, NameTaken, StoreFull, and CannotRender for a full disk.
         """
@@ -155,11 +155,11 @@ class Store:
             known = _row(database, owner, name)
             if known is not None and known.address != surface.address:
                 raise NameTaken(f"a texture called {name} exists already. Choose another name, or delete it first.")
+            database.execute(  # the same again, unless the surface is damaged: an import mends it
+                "INSERT OR REPLACE INTO surfaces VALUES (?, ?, ?, ?)",
+                (surface.address, shape, spacing, heights.data.cast("B")),
+            )
             if known is None:
-                database.execute(
-                    "INSERT OR IGNORE INTO surfaces VALUES (?, ?, ?, ?)",
-                    (surface.address, shape, spacing, heights.data.cast("B")),
-                )
                 database.execute(
                     "INSERT INTO textures (owner, name, address, kind, report) VALUES (?, ?, ?, ?, ?)",
                     (owner, name, surface.address, kind, json.dumps(report)),
@@ -299,7 +299,10 @@ COLUMNS = "name, address, kind, report, created"
 
 def _texture(row: tuple[str, str, str, str, str]) -> StoredTexture:
     name, address, kind, report, created = row
-    return StoredTexture(name, address, kind, json.loads(report), created)
+    try:
+        return StoredTexture(name, address, kind, json.loads(report), created)
+    except ValueError as error:
+        raise CannotRender(UNREADABLE) from error
 
 
 def _row(database: sqlite3.Connection, owner: str, name: str) -> StoredTexture | None:
@@ -340,9 +343,13 @@ def _read_surface(store: Store, address: str) -> SurfaceData:
     if row is None:
         raise KeyError(address)
     shape, spacing, heights = row
-    found = SurfaceData(np.frombuffer(heights, "<f4").reshape(json.loads(shape)), tuple(json.loads(spacing)))
+    damaged = CannotRender(f"the surface {address[:12]} is damaged. Import it again.")
+    try:
+        found = SurfaceData(np.frombuffer(heights, "<f4").reshape(json.loads(shape)), tuple(json.loads(spacing)))
+    except (ValueError, TypeError) as error:  # values of a damaged row do not fit each other
+        raise damaged from error
     if found.address != address:
-        raise CannotRender(f"the surface {address[:12]} is damaged. Import it again.")
+        raise damaged
     return found
 
 

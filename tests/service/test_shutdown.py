@@ -6,6 +6,7 @@ import signal
 import socket
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import httpx
@@ -15,7 +16,7 @@ import soundfile
 
 from service.server import listen, run
 from synth.errors import CannotRender
-from tests.service.harness import PATIENCE, Child, Listener, settings_of, until
+from tests.service.harness import PATIENCE, Child, Listener, problem, settings_of, until
 from tests.service.live.client import live
 
 PLAIN = "tests.service.serve_plain"
@@ -117,6 +118,31 @@ def test_a_render_that_is_not_finished_does_not_hold_the_end_up(tmp_path: Path) 
             child.process.wait(60.0)
     finally:
         child.end()
+
+
+def test_a_solve_a_measurement_and_an_upload_that_are_not_finished_are_told_of_the_end(tmp_path: Path) -> None:
+    child = Child("tests.service.serve_stuck", tmp_path)
+    try:
+        url = child.url()
+        fields = b"Host: localhost\r\nContent-Type: application/json\r\nContent-Length: 9\r\n"
+        place = ("127.0.0.1", int(url.rpartition(":")[2]))
+        with ThreadPoolExecutor(2) as callers, socket.create_connection(place, PATIENCE) as upload:
+            upload.sendall(b"POST /v1/sessions HTTP/1.1\r\n" + fields + b"\r\n{")
+            answers = [
+                callers.submit(httpx.post, f"{url}/v1/{path}", json={}, timeout=PATIENCE)
+                for path in ("tables", "accuracy")
+            ]
+            until(lambda: all(f"a {work} begins" in child.log.read_text() for work in ("table", "measurement")), 60.0)
+            child.process.send_signal(signal.SIGTERM)
+            for answer in answers:
+                problem(answer.result(), 503, "closing")
+            with upload.makefile("rb") as received:
+                answered = received.read()
+            assert answered.startswith(b"HTTP/1.1 503 ") and b"/docs#problem-closing" in answered
+        child.process.wait(60.0)
+    finally:
+        child.end()
+    assert "Traceback" not in child.log.read_text()
 
 
 def test_a_taken_port_is_a_sentence(tmp_path: Path) -> None:

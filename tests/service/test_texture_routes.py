@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import errno
 import io
 from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
@@ -139,6 +140,40 @@ def test_the_body_is_a_form_with_one_file_of_a_bounded_size(own: FastAPI, tmp_pa
     small = create_app(settings_of(data_folder=tmp_path / "small", max_import=1024), SynthEngine(0))
     problem(post(small), 413, "too-large")
     problem(ask(small, "POST", "/v1/textures", content=pieces(), headers=broken), 413, "too-large")
+
+
+@pytest.mark.parametrize("charset", ["undefined", "punycode", "raw_unicode_escape", "utf-7"])
+def test_a_form_in_another_charset_is_refused(own: FastAPI, charset: str) -> None:
+    headers = {"Content-Type": f"multipart/form-data; boundary=x; charset={charset}"}
+    disposition = rb'form-data; name="file"; filename="a-+2AA-\ud800-9.csv"'
+    body = b"--x\r\nContent-Disposition: " + disposition + b"\r\n\r\n1\r\n--x--\r\n"
+    document = problem(ask(own, "POST", "/v1/textures", content=body, headers=headers), 422, "request-refused")
+    assert charset in document["detail"] and "UTF-8" in document["detail"]
+
+
+def test_a_part_without_a_filename_is_told_what_it_lacks(own: FastAPI) -> None:
+    answer = ask(own, "POST", "/v1/textures", files={"file": (None, SCAN), "unit": (None, "um")})
+    assert "with a filename" in problem(answer, 422, "request-refused")["detail"]
+
+
+def full(*_: object, **__: object) -> None:
+    """Fail as a write to a full disk does."""
+    raise OSError(errno.ENOSPC, "No space left on device", "/secret")
+
+
+@pytest.mark.parametrize(
+    "place",
+    ["tempfile.SpooledTemporaryFile.write", "tempfile.TemporaryDirectory", "shutil.copyfileobj", "numpy.save"],
+)
+@pytest.mark.usefixtures("read_here")
+def test_without_room_for_its_temporary_files_an_import_has_its_reason(
+    own: FastAPI, monkeypatch: pytest.MonkeyPatch, place: str
+) -> None:
+    monkeypatch.setattr(place, full)
+    detail = problem(post(own), 503, "cannot-render")["detail"]
+    assert "temporary files" in detail and "secret" not in detail
+    monkeypatch.undo()
+    assert names(own) == []
 
 
 def test_a_file_with_a_path_in_its_name_is_kept_in_the_store_only(own: FastAPI, tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from fastapi import APIRouter, Query, Request
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.responses import JSONResponse, Response
 
-from service.compute.import_process import Uploaded
+from service.compute.import_process import NO_ROOM, Uploaded
 from service.http import openapi
 from service.http.openapi_components import STORED_NAME
 from service.http.rate_limits import KEY
@@ -23,7 +23,7 @@ from service.http.routes.textures import entry_document
 from service.lifespan import Service, service_of
 from service.problems import Problem, of, refused
 from service.store.store import ALLOWED_NAME, StoredTexture, StoreFull, check_name, name_from_file
-from synth.errors import NameTaken, SceneError, shown
+from synth.errors import CannotRender, NameTaken, SceneError, shown
 from synth.scene.text import object_from_text
 
 router = APIRouter(tags=["textures"])
@@ -108,11 +108,14 @@ async def import_texture(request: Request, parameters: Annotated[ImportParameter
 
 
 async def _uploaded(service: Service, form: Form) -> Uploaded:
-    """Return the surface of `form`, read in a process of its own."""
-    with tempfile.TemporaryDirectory(prefix="ridgewave-") as folder:
-        with (Path(folder) / "upload").open("wb") as copy:
-            await asyncio.to_thread(shutil.copyfileobj, form.file.file, copy, 1 << 20)
-        return await service.imports.read(Path(folder), form.file.filename or "", form.fields)
+    """Return the surface of `form`, read in a process of its own. Raises CannotRender where its files have no room."""
+    try:
+        with tempfile.TemporaryDirectory(prefix="ridgewave-") as folder:
+            with (Path(folder) / "upload").open("wb") as copy:
+                await asyncio.to_thread(shutil.copyfileobj, form.file.file, copy, 1 << 20)
+            return await service.imports.read(Path(folder), form.file.filename or "", form.fields)
+    except OSError as error:
+        raise CannotRender(NO_ROOM) from error
 
 
 async def _stored(change: Any, *arguments: Any) -> Any:

@@ -4,7 +4,10 @@ Stage   SURFACES, from files.
 Model   The distances come from the resolution tags: per inch, per centimetre, or in the unit that ImageJ writes. Files
         of Park microscopes are TIFF too, and are read by `topography_package`.
 Source  TIFF 6.0, tags 282, 283, 296 and 339; ImageJ's description (tag 270).
-Limits  Only the first page is read. Real numbers must have 32 bits, because Pillow supports no others.
+Limits  Only the first page is read. Real numbers must have 32 bits, because Pillow supports no others. Refused are
+        whole numbers of other sizes than 8, 16 and 32 bits; maps in which 0 is white, because Pillow inverts those of 8
+        bits and no others; and images that a tag turns by 90 degrees, because Pillow mixes up the rows of uncompressed
+        ones.
 """
 
 from __future__ import annotations
@@ -16,11 +19,14 @@ from typing import Any
 import numpy as np
 
 from synth.surfaces.readers import normal_map, topography_package
-from synth.surfaces.readers.image import INCH, displacement_map, opened, spacing_of_dpi
-from synth.surfaces.readers.surface_file import UNITS, SurfaceFile
+from synth.surfaces.readers.image import INCH, READABLE, displacement_map, opened, spacing_of_dpi
+from synth.surfaces.readers.surface_file import UNITS, SurfaceFile, refuse_file
 
 BEGINNINGS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 DESCRIPTION, X_RESOLUTION, Y_RESOLUTION, RESOLUTION_UNIT, SAMPLE_FORMAT = 270, 282, 283, 296, 339
+BITS, PHOTOMETRIC, ORIENTATION = 258, 262, 274
+ZERO_IS_WHITE = 0
+TURNED = 5  # and above: an orientation that exchanges rows and columns
 PARK = 50432  # magic tag of Park microscopes
 UNSIGNED, BY_INCH, BY_CENTIMETRE = 1, 2, 3
 
@@ -48,10 +54,18 @@ def read(path: Path, ending: str) -> SurfaceFile:
 
 def _pixels(image: Any, tags: Any) -> np.ndarray[Any, Any]:
     """Return the pixels with the type that the file states. Pillow reads whole numbers above 8 bits as int32."""
-    if image.mode not in ("L", "I", "I;16", "I;16B", "F", "RGB"):
-        raise ValueError(f"pixels of mode {image.mode} are not supported; save it as grey of 16 bits")
+    bits = int(tags.get(BITS, (8,))[0])
+    if image.mode not in ("L", "I", "I;16", "I;16B", "F", "RGB") or bits not in (8, 16, 32):
+        refuse_file(f"a TIFF of {bits} bits (mode {image.mode})", READABLE, "Save it as grey of 16 bits.")
+    if image.mode not in ("F", "RGB") and tags.get(PHOTOMETRIC) == ZERO_IS_WHITE:
+        refuse_file(
+            "a TIFF in which 0 is white", "a displacement map in which 0 is black", "Invert it, and save it again."
+        )
+    if tags.get(ORIENTATION, 1) >= TURNED:
+        refuse_file(
+            "a TIFF that its orientation tag turns", "an image without that tag", "Turn the image, and save it again."
+        )
     pixels = np.asarray(image)
-    bits = int(tags.get(258, (8,))[0])
     if pixels.dtype.kind == "f" or pixels.ndim == 3:
         return pixels
     signed = tags.get(SAMPLE_FORMAT, (UNSIGNED,))[0] != UNSIGNED

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 from websockets.frames import Frame, Opcode
 
-from service.live import websocket, websocket_frames
+from service.live import websocket_frames
 from tests.service.harness import PATIENCE, Running
 from tests.service.live.client import LiveClient, live
 from tests.service.live.driver import contact
@@ -152,4 +152,4 @@ def test_nothing_can_be_sent_once_the_peer_has_closed_though_the_stream_has_not_
 )
 def test_whole_messages_are_framed_as_the_library_frames_them(size: int, kind: int, opcode: Opcode) -> None:
     payload = bytes(size)
-    assert websocket.frame_head(kind, size) + payload == Frame(opcode, payload).serialize(mask=False)
+    assert websocket_frames.frame_head(kind, size) + payload == Frame(opcode, payload).serialize(mask=False)

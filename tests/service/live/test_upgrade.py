@@ -52,6 +52,35 @@ def test_a_host_that_is_not_ours_is_refused(running: Running) -> None:
     assert answer.startswith(b"HTTP/1.1 403") and b"host-refused" in answer
 
 
+@pytest.mark.parametrize(
+    ("first", "changed", "kind", "says"),
+    [
+        ("GET /v1/live", "Sec-WebSocket-Protocol: ridgewave.key.c2Vj/mV0, ridgewave.v2", "bad-request", "-Protocol"),
+        ("GET /v1/live", "Sec-WebSocket-Version: 8", "bad-request", "Sec-WebSocket-Version"),
+        ("GET /v1/live", "Sec-WebSocket-Key: short", "bad-request", "Sec-WebSocket-Key"),
+        ("POST /v1/live", "", "method-not-allowed", "GET"),
+        ("GET /v1/lives", "", "not-found", "path"),
+        ("GET /v1/render", "", "not-found", "path"),
+    ],
+)
+def test_an_invalid_handshake_is_a_problem_that_echoes_no_header(
+    running: Running, first: str, changed: str, kind: str, says: str
+) -> None:
+    fields = {"Host": "localhost", "Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13"}
+    fields |= {"Sec-WebSocket-Key": "AAAAAAAAAAAAAAAAAAAAAA==", "Sec-WebSocket-Protocol": "ridgewave.v2"}
+    name, _, value = changed.partition(": ")
+    lines = [f"{name}: {value}" for name, value in (fields | ({name: value} if name else {})).items()]
+    with socket.create_connection(("127.0.0.1", int(running.url.rpartition(":")[2]))) as raw:
+        raw.settimeout(60.0)
+        raw.sendall("\r\n".join([f"{first} HTTP/1.1", *lines, "", ""]).encode())
+        with raw.makefile("rb") as received:
+            head, _, body = received.read().partition(b"\r\n\r\n")
+    document = json.loads(body)
+    assert document["type"] == f"/docs#problem-{kind}" and says in document["detail"]
+    assert head.startswith(f"HTTP/1.1 {document['status']} ".encode()) and problems.MEDIA_TYPE.encode() in head
+    assert b"c2Vj" not in body
+
+
 @pytest.mark.parametrize("offered", [None, ["ridgewave.v3"], ["chat", "ridgewave"]])
 def test_the_version_is_negotiated(running: Running, offered: list[str] | None) -> None:
     document = refused(running, subprotocols=offered)

@@ -123,12 +123,27 @@ def test_quotas_in_number_and_bytes(store: Store) -> None:
     store.keep("you", "two", surface(), "profile", REPORT, Quota(textures=1, bytes=200))
 
 
-def test_a_damaged_surface_is_told_and_not_played(store: Store) -> None:
-    kept = store.keep("", "cloth", surface(), "profile", REPORT, FREE)
-    with sqlite3.connect(store.folder / FILE) as database:
-        database.execute("UPDATE surfaces SET heights = zeroblob(200)")
-    with pytest.raises(CannotRender, match="damaged"):
-        Store(store.folder).surface(kept.address)
+@pytest.mark.parametrize(
+    "damage", ["heights = zeroblob(200)", "heights = zeroblob(199)", "heights = 'a'", "shape = '[5'"]
+)
+def test_a_damaged_surface_is_told_and_not_played_until_it_is_imported_again(store: Store, damage: str) -> None:
+    whole = surface()
+    kept = store.keep("", "cloth", whole, "profile", REPORT, FREE)
+    with closing(sqlite3.connect(store.folder / FILE)) as database, database:
+        database.execute(f"UPDATE surfaces SET {damage}")
+    with pytest.raises(CannotRender, match=r"damaged\. Import it again"):
+        store.surface(kept.address)
+    assert store.keep("", "cloth", whole, "profile", REPORT, FREE) == kept
+    mended = store.surface(kept.address)
+    assert mended is not None and np.array_equal(mended.heights, whole.heights)
+
+
+def test_a_damaged_report_is_told(store: Store) -> None:
+    store.keep("", "cloth", surface(), "profile", REPORT, FREE)
+    with closing(sqlite3.connect(store.folder / FILE)) as database, database:
+        database.execute("UPDATE textures SET report = '{'")
+    with pytest.raises(CannotRender, match="must be whole"):
+        store.textures("")
 
 
 def test_a_file_that_is_no_database_is_told(store: Store) -> None:

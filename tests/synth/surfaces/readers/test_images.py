@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +40,39 @@ def test_a_tiff_of_real_numbers_holds_heights(tmp_path: Path) -> None:
     found = read_surface_file(saved(tmp_path, pixels, "a.tiff"))
     assert found.full_scale is None and found.missing.sum() == 1 and found.missing[1, 2]
     np.testing.assert_array_equal(found.heights[0], pixels[0])
+
+
+def tiff(bits: int, sample_format: int = 1, photometric: int = 1, orientation: int = 1) -> bytes:
+    """Return an uncompressed TIFF of 8 x 4 pixels, all of whose bytes differ (TIFF 6.0, section 2)."""
+    pixels = bytes(range(8 * 4 * bits // 8))
+    tags = [(256, 8), (257, 4), (258, bits), (259, 1), (262, photometric), (273, 8), (274, orientation), (277, 1)]
+    tags += [(278, 4), (279, len(pixels)), (339, sample_format)]
+    entries = b"".join(struct.pack("<HHII", tag, 3, 1, value) for tag, value in tags)
+    return b"II*\0" + struct.pack("<I", 8 + len(pixels)) + pixels + struct.pack("<H", len(tags)) + entries + bytes(4)
+
+
+@pytest.mark.parametrize("bits", [8, 16])
+def test_the_numbers_of_a_tiff_are_its_heights(tmp_path: Path, bits: int) -> None:
+    (tmp_path / "a.tif").write_bytes(tiff(bits))
+    expected = np.arange(4 * bits, dtype=np.uint8).view(f"<u{bits // 8}").reshape(4, 8)
+    np.testing.assert_array_equal(read_surface_file(tmp_path / "a.tif").heights, expected)
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (tiff(12), "a TIFF of 12 bits"),
+        (tiff(4), "a TIFF of 4 bits"),
+        (tiff(64, sample_format=3), "kind of pixels is not supported; allowed: .* real numbers of 32 bits"),
+        (tiff(8, photometric=0), "a TIFF in which 0 is white"),
+        (tiff(16, photometric=0), "a TIFF in which 0 is white"),
+        (tiff(8, orientation=6), "orientation tag turns"),
+    ],
+)
+def test_a_tiff_whose_numbers_would_be_mistaken_is_refused(tmp_path: Path, content: bytes, says: str) -> None:
+    (tmp_path / "a.tif").write_bytes(content)
+    with pytest.raises(InvalidRequest, match=says):
+        read_surface_file(tmp_path / "a.tif")
 
 
 @pytest.mark.parametrize("name", ["a.png", "a.tif"])
