@@ -30,7 +30,7 @@ FEW_STEPS = 256
 
 @contextmanager
 def opened(path: Path) -> Iterator[Any]:
-    """Yield the image at `path`, whose pixels are not yet decoded. Raises ValueError if the file is not an image."""
+    """Yield the image at `path`, whose pixels are not yet decoded. Raises InvalidRequest for any other file."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about damaged tags, without which the pixels can be read
@@ -40,7 +40,9 @@ def opened(path: Path) -> Iterator[Any]:
     except Image.DecompressionBombError:
         refuse_file("more pixels than memory has room for", f"at most {MOST_POINTS} points", "Crop the image.")
     except UnidentifiedImageError as error:
-        raise ValueError("its header cannot be read, or its kind of pixels is not supported") from error
+        found = "an image that is damaged, or whose kind of pixels is not supported"
+        allowed = "grey of 8 or 16 bits, real numbers of 32 bits (TIFF), or RGB of 8 bits"
+        refuse_file(found, allowed, "Save it as one of these, or copy it again.", error)
 
 
 def spacing_of_dpi(dpi: tuple[float, float] | None) -> tuple[tuple[float, float] | None, tuple[str, ...]]:
