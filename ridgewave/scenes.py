@@ -31,7 +31,9 @@ def changed(scene: SceneLike, fields: Mapping[str, Any]) -> Scene:
     if isinstance(scene, Scene):
         return parse_scene(merge_patch(scene_document(scene), with_imported(fields))) if fields else scene
     document = _document_of(scene) if isinstance(scene, str | os.PathLike) else scene
-    return parse_scene(with_imported(merge_patch(document, fields) if fields else document))
+    if fields and isinstance(document, Mapping):
+        document = merge_patch(document, fields)
+    return parse_scene(with_imported(document))
 
 
 def _document_of(source: str | os.PathLike[str]) -> Mapping[str, Any]:
@@ -70,7 +72,7 @@ def open_voice(scene: SceneLike, *, live: bool = False, **fields: Any) -> Voice:
     """Return a voice whose `render(frames, motion)` gives the next block, float32 [frames, channels] over full scale.
 
     scene, fields, errors: as `render`.
-    live: True for a hand that moves in real time; close such a voice after use.
+    live: True for a hand that moves in real time.
 
     Example: block = rw.open_voice("grating-1mm-31um").render(480)
     """

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Collection, Iterable, Sequence
+from typing import TextIO
 
 WIDTH = 120  # columns without a terminal: a file or a pager gets the same table every time
 
@@ -37,9 +38,12 @@ def print_table(
         console.print()
 
 
-def print_json(document: object) -> None:
-    """Print a result as indented JSON; raises ValueError for NaN and infinities, which are bugs."""
-    print(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))
+def print_json(document: object, place: TextIO | None = None) -> None:
+    """Print a result as indented JSON; raises ValueError for NaN and infinities, which are bugs.
+
+    place: stream to print on; None is standard output.
+    """
+    print(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False), file=place)
 
 
 def say(text: str) -> None:

@@ -52,12 +52,11 @@ def run(arguments: argparse.Namespace) -> int:
             warn(text)
         if replaced:
             say(f"replaced {target.name}, which existed; --no-clobber keeps existing files")
-    if target.path is None:
-        print(_summary(result), file=sys.stderr)  # standard output carries the sound
-    elif arguments.json:
-        print_json(result)
+    place = sys.stderr if target.path is None else sys.stdout  # standard error, if standard output carries the sound
+    if arguments.json:
+        print_json(result, place)
     else:
-        print(_summary(result))
+        print(_summary(result), file=place)
     return DONE
 
 

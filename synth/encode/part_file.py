@@ -105,13 +105,13 @@ def cannot_write(target: Path | None, error: OSError, shown: str | None = None) 
     shown: name of the target in the message, instead of its path.
     """
     code = error.errno or 0
+    folder = None if target is None else (Path(os.path.realpath(target)) if os.path.islink(target) else target).parent
     if code in REASONS:
         reason = REASONS[code]
     elif target and code == errno.EISDIR:
         reason = "it is a folder. Name a file in it"
-    elif target and code in (errno.ENOENT, errno.ENOTDIR):
-        folder = "its folder" if shown else f"the folder {target.parent}"
-        reason = f"{folder} does not exist. Make it first"
+    elif folder and code in (errno.ENOENT, errno.ENOTDIR) and not folder.is_dir():
+        reason = f"{'its folder' if shown else f'the folder {folder}'} does not exist. Make it first"
     elif target and code == errno.EEXIST:
         reason = "it is being written, or an interrupted recording left its .part file. Choose another name"
     elif target and code in (errno.EACCES, errno.EPERM):

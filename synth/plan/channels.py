@@ -157,4 +157,14 @@ def spendable(tolerance: float) -> float:
 def extent_and_peak(series: Complex) -> tuple[float, float]:
     """Return the peak-to-peak of a series, and its peak about the mean."""
     curve = curves(series, 0, 2 * points_for(len(series) - 1))
-    return float(np.ptp(curve)), float(np.max(np.abs(curve)))
+    above, below = _highest(curve), _highest(-curve)
+    return above + below, max(above, below)
+
+
+def _highest(curve: Array) -> float:
+    """Return the largest value of a period between its points too: of the parabolas through its crests."""
+    before, after = np.roll(curve, 1), np.roll(curve, -1)
+    bend = 2.0 * curve - before - after
+    crests = (curve >= before) & (curve >= after) & (bend > 0.0)
+    tops = curve[crests] + (after - before)[crests] ** 2 / (8.0 * bend[crests])
+    return float(np.max(tops, initial=np.max(curve)))

@@ -29,6 +29,7 @@ from synth.plan.preparation import Preparation
 from synth.plan.request import harmonics_in_band
 from synth.response.spectrum import curves, points_for
 from synth.scene.doubtful_values import doubts
+from synth.surfaces import profile_of
 
 GRAVITY = 9.80665  # m/s^2
 IMPULSE = 25.0 * GRAVITY  # m/s^2, largest claimed peak of an actuator
@@ -54,6 +55,10 @@ def _cancelled(solved: Preparation) -> tuple[str, ...]:
     lines = np.abs(solved.spectrum.harmonics[1 : solved.highest + 1])
     if len(lines) < 2 or not lines.max() or lines[0] > CANCELLED * lines.max():
         return ()
+    places = scene.texture.period * np.linspace(0.0, 1.0, points_for(solved.highest), endpoint=False)
+    own = np.abs(np.fft.rfft(profile_of(scene).heights(places)))[1 : solved.highest + 1]
+    if own[0] <= CANCELLED * own.max():
+        return ()  # the texture itself has no such line
     ratio = scene.texture.period / scene.finger.ridge_period
     whole = Fraction(ratio).limit_denominator(LARGEST_DENOMINATOR)
     return (

@@ -156,8 +156,8 @@ class Output(Section):
         QuantityOrName(Quantity(Dimension.FREQUENCY, 1.0, 96e3), Choice((FULL_BAND,))),
     ] = Field(
         default=DEFAULT_BANDWIDTH,
-        description="Components above this frequency are removed. With full, or a value above 0.45 of the sample "
-        "rate, only the sample rate limits the band.",
+        description="Components at this frequency and above are removed. With full, or a value above 0.45 of the "
+        "sample rate, only the sample rate limits the band.",
     )
     fade: Annotated[float, Quantity(Dimension.TIME, 0.0, 60.0)] = Field(
         default=0.0, description="Duration of the fade at the start and of the fade at the end of a finite render."

@@ -61,6 +61,10 @@ def test_a_plan_of_a_changed_scene_tells_of_the_change() -> None:
 def test_a_wrong_field_is_refused_with_what_to_write() -> None:
     with pytest.raises(rw.SceneError, match="loadd"):
         rw.render({}, scan={"loadd": 1.0})
+    nothing: list[Any] = [None, [], 1, b"{}"]
+    for wrong in nothing:
+        with pytest.raises(rw.SceneError, match="a JSON object"):
+            rw.render(wrong, output=SHORT)
 
 
 def test_imported_textures_are_listed_after_the_catalogue(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -56,7 +56,8 @@ export function roundAbove(size) {
   return power * [1, 2, 5, 10].find((step) => step * power >= size * (1 - 1e-9));
 }
 
-/** Draws grid, labels and titles of two axes in `box` {left, top, right, bottom}, CSS px. */
+/** Draws grid, labels and titles of two axes in `box` {left, top, right, bottom}, CSS px.
+ *  @returns {number} where the room right of the upper title begins, CSS px. */
 export function drawAxes(panel, box, across, up, { acrossTitle = "", upTitle = "" } = {}) {
   const { context } = panel;
   context.lineWidth = 1;
@@ -89,4 +90,5 @@ export function drawAxes(panel, box, across, up, { acrossTitle = "", upTitle = "
   context.font = panel.font(12, 600);
   context.fillStyle = panel.colour("ink");
   context.fillText(upTitle, 2, 13);
+  return 2 + context.measureText(upTitle).width + 8;
 }

@@ -19,6 +19,7 @@ const DECADES = 5; // of amplitude
 const MARK_ROOM = 8; // CSS px between labels of harmonics
 const FIRST_LEFT = 8; // CSS px by which the label of the fundamental, which is long, begins to the left of its line
 const LINE_ROOM = 8; // CSS px between marks of harmonics
+const NARROW = 340; // CSS px: a narrower picture has no room for "amplitude" beside the legend
 
 export class Spectrum {
   #kept = new Float32Array(0);
@@ -160,7 +161,8 @@ export class Spectrum {
     const { context } = panel;
     const quantity = quantityOf(this.quantity);
     const name = quantity.name[0].toUpperCase() + quantity.name.slice(1);
-    drawAxes(panel, box, across, up, { acrossTitle: "frequency", upTitle: `${name} amplitude` });
+    const upTitle = panel.width < NARROW ? name : `${name} amplitude`;
+    const free = drawAxes(panel, box, across, up, { acrossTitle: "frequency", upTitle });
     this.#drawMarks(box, marks);
     context.save();
     context.beginPath();
@@ -173,7 +175,7 @@ export class Spectrum {
     for (const [frequency, level] of this.levels) context.lineTo(across.place(frequency), up.place(level));
     context.stroke();
     context.restore();
-    this.#drawLegend(box);
+    this.#drawLegend(box, free);
   }
 
   #drawMarks(box, marks) {
@@ -196,11 +198,13 @@ export class Spectrum {
     context.setLineDash([]);
   }
 
-  #drawLegend(box) {
+  /** Draws the legend between the title of the axis, which ends before `free`, and the right edge of `box`. */
+  #drawLegend(box, free) {
     const { context } = this.panel;
     const entries = [["signal", [], "now"]];
-    if (this.levels.length) entries.push(["threshold", [6, 4], "detection threshold"]);
     context.font = this.panel.font(11);
+    const room = box.right - free - context.measureText("nowdetection threshold").width - 2 * (6 + 18) - 12;
+    if (this.levels.length) entries.push(["threshold", [6, 4], room < 0 ? "threshold" : "detection threshold"]);
     context.textAlign = "right";
     context.textBaseline = "middle";
     let right = box.right;

@@ -181,13 +181,15 @@ export class Waveform {
     const { context } = panel;
     const quantity = quantityOf(this.quantity);
     const name = quantity.name[0].toUpperCase() + quantity.name.slice(1);
-    drawAxes(panel, box, across, up, { acrossTitle: `time (${across.unit})`, upTitle: `${name} (${up.unit})` });
+    const titles = { acrossTitle: `time (${across.unit})`, upTitle: `${name} (${up.unit})` };
+    const free = drawAxes(panel, box, across, up, titles);
     const full = inWords(this.fullScale, quantity.unit);
     context.font = panel.font(11);
     context.textAlign = "right";
     context.textBaseline = "alphabetic";
     context.fillStyle = panel.colour("threshold");
-    context.fillText(by === 1 ? `full scale ±${full}` : `× ${by} · full scale ±${full}`, box.right, 13);
+    const scale = by === 1 ? `full scale ±${full}` : `× ${by} · full scale ±${full}`;
+    context.fillText(scale, box.right, 13, box.right - free);
     if (by > 1) return;
     context.strokeStyle = panel.colour("threshold");
     context.setLineDash([5, 4]);

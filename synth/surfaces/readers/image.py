@@ -26,8 +26,8 @@ INCH = 0.0254  # m
 USUAL_DPI = (72.0, 96.0, 150.0, 300.0, 600.0, 1200.0)
 ROUNDED_DPI = 0.02  # dots per inch: PNG stores whole dots per metre
 FEW_STEPS = 256
-READABLE = "grey of 8 or 16 bits, or a TIFF of real numbers of 32 bits"
-SAVE = "Save it again as one of these."
+READABLE = "grey of 8 or 16 bits, real numbers of 32 bits (TIFF), or RGB of 8 bits"
+SAVE = "Save it as one of these, or copy it again."
 
 
 @contextmanager
@@ -42,7 +42,7 @@ def opened(path: Path) -> Iterator[Any]:
     except Image.DecompressionBombError:
         refuse_file("more pixels than memory has room for", f"at most {MOST_POINTS} points", "Crop the image.")
     except UnidentifiedImageError as error:
-        refuse_file("an image whose header is damaged, or whose kind of pixels is not supported", READABLE, SAVE, error)
+        refuse_file("an image that is damaged, or whose kind of pixels is not supported", READABLE, SAVE, error)
 
 
 def spacing_of_dpi(dpi: tuple[float, float] | None) -> tuple[tuple[float, float] | None, tuple[str, ...]]:

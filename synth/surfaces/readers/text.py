@@ -10,8 +10,8 @@ Model   The numbers begin at the first line that contains only numbers, or at th
         4 ...   a grid: a line of the file is a row along x; a file of one line holds heights along a line
         The separator is the tab or the semicolon if there is one; else a comma, if one precedes a space or if numbers
         have points; else spaces; else a comma, if a line has several. A comma that is not the separator is a decimal
-        comma. An empty cell, nan, ---, *** and BAD are missing points. The header may state sizes and unit, as Gwyddion
-        and SPIP write them.
+        comma. An empty cell, nan, ---, *** and BAD are missing points, and so is the NODATA_value that the header of an
+        Esri grid states. The header may state sizes and unit, as Gwyddion and SPIP write them.
 Source  Gwyddion user guide, export of raw data as text; SPIP's ASCII format.
 Limits  Lines of one comma and no point, such as "1,5", can be read in two ways and are refused. Steps differ by 1 % at
         most. A header has at most MOST_HEADER lines.
@@ -54,6 +54,7 @@ STATED = {
     "height": re.compile(rf"\b(?:Height|y-length){_SIZE}"),
     "unit": re.compile(r"\b(?:Value units|z-unit)\s*[:=]\s*()(\S+)"),
     "channel": re.compile(r"\bChannel\s*[:=]\s*()(.+)"),
+    "no data": re.compile(rf"(?i:\bNODATA_value)\s+()({NUMBER.pattern})"),
 }
 
 
@@ -253,6 +254,8 @@ def _surface(values: np.ndarray[Any, Any], form: _Form, stated: dict[str, tuple[
     said += f", after {header} lines of header" if header > 1 else ", after a line of header" if header else ""
     unit = stated.get("unit", ("", ""))[1]
     known = unit if unit in UNITS else None
+    if "no data" in stated:
+        values = np.where(values == float(stated["no data"][1].replace(",", ".")), np.nan, values)
     channel = stated.get("channel", ("", ""))[1][:80]
     if columns == 2:
         return profile_of_pairs(values, f"x and height in two columns{said}", known)

@@ -75,6 +75,14 @@ def test_standard_output_carries_the_same_file(scene_path: str, tmp_path: Path, 
     assert np.array_equal(ours, theirs)
 
 
+def test_beside_a_sound_on_standard_output_the_result_is_json_with_its_warnings(ridgewave: RunsRidgewave) -> None:
+    done = ridgewave("render", "grating-1mm-31um", "-o", "-", "--json", "--duration", "0.1")
+    assert done.stdout.startswith(b"RIFF")
+    result = json.loads(done.stderr)
+    assert result["file"] == "standard output"
+    assert "u / lambda2 is missing" in result["warnings"][0]
+
+
 def test_a_scene_from_standard_input(tmp_path: Path, ridgewave: RunsRidgewave) -> None:
     done = ridgewave("render", "-", "-o", "out.raw", input=json.dumps(SCENE).encode())
     assert done.returncode == 0, done.stderr

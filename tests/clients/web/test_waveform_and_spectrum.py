@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -126,6 +127,36 @@ def test_the_labels_of_harmonics_do_not_touch(pictures: Page) -> None:
         begins[0] = told[0]["x"] - 8.0
         assert len(told) > 2 and np.all(begins[1:] > (begins + wide)[:-1] + 5.0)
     pictures.set_viewport_size(size)
+
+
+NOTE_WORDS = """() => {
+  window.words = [];
+  const write = CanvasRenderingContext2D.prototype.fillText;
+  CanvasRenderingContext2D.prototype.fillText = function (text, x, y, most = 1e9) {
+    const wide = Math.min(this.measureText(text).width, most);
+    if (y < 16) window.words.push(this.textAlign === "right" ? [x - wide, x] : [x, x + wide]);
+    write.call(this, text, x, y, most);
+  };
+}"""
+
+
+@pytest.mark.parametrize("width", [295, 335])
+def test_titles_and_legends_do_not_touch_on_a_phone(plain: Page, width: int) -> None:
+    size = plain.viewport_size
+    assert size is not None
+    plain.set_viewport_size({"width": width, "height": 700})
+    plain.wait_for_function("() => views.spectrum.panel.width < 320")
+    curve = {"name": "fingertip", "frequencies": [1, 1000], "displacement": [1e-6, 1e-7]}
+    plain.evaluate("(curve) => views.spectrum.threshold(curve)", curve)
+    plain.evaluate(NOTE_WORDS)
+    for quantity in ORDERS:
+        for view, count in (("spectrum", 3), ("waveform", 2)):
+            plain.evaluate("() => { window.words = []; }")
+            push(plain, view, [[100.0, 1e-4]], quantity=quantity)
+            words = sorted(plain.evaluate("() => window.words")[-count:])
+            assert len(words) == count
+            assert all(end + 3.0 < begin for (_, end), (begin, _) in pairwise(words)), (quantity, view, words)
+    plain.set_viewport_size(size)
 
 
 @pytest.mark.parametrize("quantity", ORDERS)

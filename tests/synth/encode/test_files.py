@@ -122,6 +122,9 @@ def test_a_missing_folder_is_told_before_anything_is_written(tmp_path: Path) -> 
     (tmp_path / "file").write_bytes(b"")
     with pytest.raises(CannotRender, match=r"the folder .*file does not exist"):
         open_writer(tmp_path / "file" / "sound.wav", SoundFormat.WAV, 48000, 1)
+    (tmp_path / "link.wav").symlink_to(tmp_path / "none" / "sound.wav")
+    with pytest.raises(CannotRender, match=r"cannot write .*link\.wav: the folder .*none does not exist"):
+        open_writer(tmp_path / "link.wav", SoundFormat.WAV, 48000, 1)
 
 
 def test_a_folder_is_not_a_target(tmp_path: Path) -> None:

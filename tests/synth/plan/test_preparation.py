@@ -9,14 +9,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from synth.encode.sound import render
 from synth.perception.threshold import THRESHOLDS, imperceptible_tolerance, threshold_displacement
 from synth.plan import motion_peak
 from synth.plan.motion_peak import peaks_along
 from synth.plan.preparation import EXACT, prepare
 from synth.plan.request import N_MAX, harmonics_below
 from synth.response_cache import ResponseCache
+from synth.scene.catalogue import catalogue
 from synth.scene.output_section import THRESHOLD_NAME
-from synth.scene.scene import Scene
+from synth.scene.scene import Scene, parse_scene
 from synth.voice.voice import blocks, open_voice
 from tests.reference.synthesis_oracle import highest_harmonic, synthesise
 from tests.synth.engine_cases import QUANTITIES, Real, physical, scene_of, touch_of
@@ -60,6 +62,15 @@ def test_full_scales_are_08_of_the_peak_of_the_oracle() -> None:
     for channel in prepare(scene).channels:
         assert channel.full_scale == pytest.approx(wanted.peak(channel.quantity) / 0.8, rel=0.01)
         assert channel.extent == pytest.approx(wanted.peak_to_peak(channel.quantity), rel=0.01)
+
+
+@pytest.mark.parametrize("name", ["moulded-plastic", "oak-along", "denim-72x56"])
+def test_the_peak_of_a_file_is_08_between_the_points_of_the_series_too(name: str) -> None:
+    (everyday,) = (entry.everyday for entry in catalogue() if entry.name == name)
+    scene = parse_scene({**everyday, "output": {"duration": 1.0, "sample_rate": 192000}})
+    (channel,), values = prepare(scene).channels, render(scene).values
+    assert channel.full_scale == pytest.approx(np.max(np.abs(values)) / 0.8, rel=2e-3)
+    assert channel.extent == pytest.approx(np.ptp(values), rel=1e-3)
 
 
 def test_the_tolerance_is_a_number() -> None:

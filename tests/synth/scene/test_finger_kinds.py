@@ -89,3 +89,14 @@ def test_the_plan_warns_where_a_comb_cancels_the_fundamental_and_not_of_a_finger
     assert not [
         text for text in explain({**texture, "finger": {"kind": "fingertip"}}).warnings if "u / lambda2" in text
     ]
+
+
+@pytest.mark.parametrize(
+    "texture",
+    [
+        {"kind": "harmonics", "period": "1.6 mm", "amplitudes": [0.0, "20 um"]},  # the default texture, written twice
+        {"kind": "rough", "period": "5 mm", "longest": "0.5 mm"},
+    ],
+)
+def test_the_plan_blames_no_comb_for_a_line_that_the_texture_does_not_have(texture: dict[str, object]) -> None:
+    assert not [text for text in explain({"texture": texture}).warnings if "u / lambda2" in text]

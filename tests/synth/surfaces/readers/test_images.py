@@ -34,6 +34,16 @@ def test_a_grey_image_is_a_displacement_map(tmp_path: Path, name: str, bits: int
     assert any("8 bits" in note for note in found.notes) == (bits == 8)
 
 
+def test_a_tiff_of_64_bits_is_not_called_damaged_only(tmp_path: Path) -> None:
+    path = saved(tmp_path, np.zeros((4, 6), np.float32), "a.tif")
+    bits = b"\x02\x01\x03\x00\x01\x00\x00\x00"  # tag 258, one short
+    content = path.read_bytes()
+    assert content.count(bits + b"\x20") == 1
+    path.write_bytes(content.replace(bits + b"\x20", bits + b"\x40"))
+    with pytest.raises(InvalidRequest, match=r"kind of pixels is not supported.*real numbers of 32 bits"):
+        read_surface_file(path)
+
+
 def test_a_tiff_of_real_numbers_holds_heights(tmp_path: Path) -> None:
     pixels = RNG.normal(size=(4, 6)).astype(np.float32)
     pixels[1, 2] = np.nan
