@@ -49,7 +49,6 @@ FEWEST_COLUMNS, FEWEST_ROWS = 96, 24  # of the smallest fingertip
 MOST_COLUMNS, MOST_ROWS = 4096, 1024  # 0.1 ms per solution, 80 MB; a period that needs more columns is refused
 GRIDS_KEPT = 4  # a scene is prepared more than once; one takes 1 to 80 MB
 SMALLER_KEPT = 2  # the same with smaller cells: a file solves the last two sizes at several loads; up to 80 MB each
-FLAT_STEPS = 64  # angles over a ridge for the mean of its heights above a plate
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,13 +72,10 @@ class Footprint:
     def of(cls, length: float, width: float, ridge_amplitude: float, stiffness: Stiffness) -> Footprint:
         """Return the footprint of `length` and `width` (m); stiffness: on a flat plate, at `length`."""
         wanted = 4.0 / math.pi * stiffness.indentation(REFERENCE_LOAD)  # mean of max(h - z, 0) over the oval, m
-        crests = ridge_amplitude * (1.0 - np.cos(math.pi * (np.arange(FLAT_STEPS) + 0.5) / FLAT_STEPS))
         low, high = 0.0, 2.0 * wanted + 2.0 * ridge_amplitude
         for _ in range(100):  # bisection: the mean rises with the depth
             depth = 0.5 * (low + high)
-            drops = depth * (np.arange(FLAT_STEPS) + 0.5) / FLAT_STEPS  # equal areas of a paraboloid have equal drops
-            mean = float(np.mean(np.maximum(drops[:, np.newaxis] - crests, 0.0)))
-            low, high = (depth, high) if mean < wanted else (low, depth)
+            low, high = (depth, high) if _mean_above(depth, ridge_amplitude) < wanted else (low, depth)
         return cls(length, width, 0.5 * (low + high))
 
     def drop(self, x: Array, y: Array, direction: float = 0.0) -> Array:
@@ -89,6 +85,21 @@ class Footprint:
         """
         along, across = turned_back(x, y, direction)
         return np.asarray(self.depth * ((2.0 * along / self.length) ** 2 + (2.0 * across / self.width) ** 2))
+
+
+def _mean_above(depth: float, amplitude: float) -> float:
+    """Return the mean over the oval of the heights above a plate that only the crests at its edge touch (m).
+
+    depth: of the paraboloid at the edge, m.
+    amplitude: of the ridges, m.
+    Equal areas of a paraboloid have equal drops, so a place at the angle u of its ridge contributes
+    max(depth - amplitude (1 - cos u), 0)^2 / (2 depth). Its mean over u is a closed form.
+    """
+    angle = math.pi if depth >= 2.0 * amplitude else math.acos(1.0 - depth / amplitude)
+    over = depth - amplitude
+    total = (over**2 + 0.5 * amplitude**2) * angle
+    total += 2.0 * over * amplitude * math.sin(angle) + 0.25 * amplitude**2 * math.sin(2.0 * angle)
+    return total / (2.0 * math.pi * depth)
 
 
 def area_grid(

@@ -129,7 +129,7 @@ def test_the_points_are_those_of_the_ridges_drawn_anew(pattern: str) -> None:
     flat = Geometry(finger.ridge_amplitude, finger.ridge_period, 0.0, finger.ridge_period, 0.0, 4e-3)
     law = Stiffness.of_contact(flat, contact.stiffness.contact_modulus)
     depth = footprint_depth(finger.ridge_amplitude, law.indentation(1.0))
-    assert contact.footprint.depth == pytest.approx(depth, rel=2e-3)  # the project's mean is a sum of 64 by 64
+    assert contact.footprint.depth == pytest.approx(depth, rel=1e-9)
     drawn = Print(finger.ridge_period, finger.ridge_amplitude, pattern, 0.3, 0.3, 0.3, 0)
     x, found = points_of(contact)
     rows = 2.0 * 3e-3
