@@ -40,6 +40,7 @@ from synth.plan.effect_choice import SimulationCase, outputs_of
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, shape_for, simulated_channel
 from synth.plan.frame_solver import FramePlan, plan_frames
+from synth.plan.landing import with_landings
 from synth.plan.motion_peak import differs_from_cruise
 from synth.plan.own_motion import has_approach, own_motion, pressed
 from synth.plan.path_frames import beside_cells, cells_along_line, cells_along_path, first_cells, path_frames
@@ -295,8 +296,11 @@ def _series(asked: Request, contact: Contact, demand: Demand, cache: ResponseCac
 
 def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> Preparation:
     """Return a moving scan with its errors and, unless its frames are solved, the table or direct plan of its voice."""
-    assert solved.contact is not None
     wanted, table, direct = solved.tolerance if exact else None, None, None
+    recorded = solved.frames is not None and solved.scene.scan.trajectory is not None
+    if recorded and solved.load_varies and not over_area(solved):
+        solved = with_landings(solved)
+    assert solved.contact is not None
     if solved.frames is not None:
         errors = dict(zip(solved.orders, solved.frames.errors, strict=True))
         limit, where = NEARLY * solved.tolerance, ""
