@@ -36,7 +36,7 @@ from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effect_choice import outputs_of
 from synth.plan.frame_solver import solution_nanoseconds
 from synth.plan.request import HAND_LOADS, HAND_SPEEDS, Request, harmonics_in_band
-from synth.plan.scene_table import band_of, bounds_for, entry_of
+from synth.plan.scene_table import COARSER, band_of, bounds_for, entry_of
 from synth.plan.swing import FOLD_POWER, Swing, changed_by, folded_errors, turning_errors
 from synth.response.band_filter import SOLUTIONS, band_filter
 from synth.response.mean_approach import Mean, MeanSpline, mean_curve, mean_over_area
@@ -54,7 +54,6 @@ FEWER = 0.5  # factor on the usual number of solutions over an area, where z is 
 FOLDED = 0.01  # of the peak-to-peak: largest folded error with fewer solutions
 MOST_WORK = 0.2  # predicted s of processor time per second; more would leave no room for other hands
 MOST_TURNED = 0.16  # predicted s per second for a finger turned over an area, at 1.8 N; at 0.3 N it takes half of it
-COARSER = (1.0, 1.5, 2.0, 3.0)  # factors on the size of the cells of an area
 LEFT_OF_CHANGE = 0.7  # error of cells over the change by cells twice as large: up to 0.57 in 20 random scenes of dots
 MOST_MAKING, WORKERS = 3.0, 2  # predicted s of processor time to make a layered table, and number of threads
 MEAN_TOLERANCE = 0.1  # tolerance of the mean of z over the load; its error is a thousandth of it, of the peak-to-peak

@@ -4,11 +4,12 @@ Stage   2, used by `preparation`, after `frame_solver` has planned a recording w
 Model   Where the load begins or ends, z changes within a fraction of a millisecond. The place where the load changes
         most within RISE is solved with the planned number of solutions and with twice as many. The change is the folded
         error. While it exceeds its share of the tolerance, there are more solutions, within the limits on work and
-        memory of `frame_solver`. What remains is part of the errors.
+        memory of `frame_solver`. What remains is part of the errors. Numbers that take more than LONGEST are not solved
+        here: the error is then extrapolated.
 Source  design, section 4. In 36 recordings (three fingers, landings of 2 to 30 ms) the error was 0.8 to 1.2 times the
         change.
-Limits  Only the quickest place is solved. It is not solved where that would take more than LONGEST, as at the tightest
-        tolerances. Recordings over an area are left to `path_frames`, which does not know their landings.
+Limits  Only the quickest place is solved, and not where already the planned number would take more than LONGEST, as at
+        the tightest tolerances. Recordings over an area are left to `path_frames`, which does not know their landings.
 """
 
 from __future__ import annotations
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
 RISE = 1e-3  # s
 LONGEST = 2.0  # s of predicted work
 ROUNDS = 6  # most increases of the number of solutions
+SURE_FALL = 2.0  # power with which the error falls at least; FALL is reached with many solutions only
 OVER_CHANGE = 1.25  # error over the change by twice as many solutions
 
 
@@ -60,9 +62,9 @@ def with_landings(solved: Preparation) -> Preparation:
     if place is None or not extents.all():
         return replace(solved, mean=mean)
     motion, solution = ScanMotion(solved.scene), 1e-9 * (solution_nanoseconds(solved.contact) + FRAME_SETUP)
-    room = MOST_TOGETHER * plan.scale * plan.stride / (4.0 * MARGIN)
-    looked = LONGEST * plan.scale * plan.stride / (3.0 * 4.0 * MARGIN * solution)  # at this number and twice as many
-    most = min(room, looked, plan.count * PATIENCE / (plan.work * (motion.duration - motion.start)))
+    strides = 4.0 * MARGIN / (plan.scale * plan.stride)  # of a chunk with its margins
+    most = min(MOST_TOGETHER / strides, plan.count * PATIENCE / (plan.work * (motion.duration - motion.start)))
+    looked = LONGEST / (3.0 * strides * solution)  # the place is solved at this number and at twice as many
     if plan.count > looked:
         return replace(solved, mean=mean)
 
@@ -73,16 +75,19 @@ def with_landings(solved: Preparation) -> Preparation:
         solver = FrameSolver(heights, solved.scene, mean, rate, scale=plan.scale, **how)
         return solver.solved(math.floor(place * rate / solver.chunk), solved.orders)
 
-    count = plan.count
+    count, allowed = plan.count, FOLDED_SHARE * solved.tolerance
     for step in range(ROUNDS + 1):
-        change = np.max(np.abs(at_place(2 * count) - at_place(count)), axis=1) / extents
-        excess = OVER_CHANGE * float(np.max(change)) / (FOLDED_SHARE * solved.tolerance)
-        wanted = math.floor(min(most, math.ceil(count * excess ** (1.0 / FALL))))
+        error = OVER_CHANGE * np.max(np.abs(at_place(2 * count) - at_place(count)), axis=1) / extents
+        excess = float(np.max(error)) / allowed
+        wanted = math.floor(min(most, looked, math.ceil(count * excess ** (1.0 / FALL))))
         if wanted <= count or step == ROUNDS:
             break
         count = wanted
+    wanted = math.floor(min(most, math.ceil(count * excess ** (1.0 / SURE_FALL))))
+    if wanted > count:  # too many to be solved here
+        count, error = wanted, error * (count / wanted) ** SURE_FALL
     counted = [FOLDED[order] * (SEEN / plan.count) ** FALL for order in solved.orders]
-    beyond = np.maximum(OVER_CHANGE * change - counted, 0.0)
+    beyond = np.maximum(error - counted, 0.0)
     frames = replace(plan, count=count, work=plan.work * count / plan.count).with_errors(beyond)
     return replace(solved, mean=mean, frames=frames)
 

@@ -65,9 +65,18 @@ def test_landings_within_a_recording_keep_the_tolerance_and_the_told_error(
         assert error / channel.extent <= told <= 1.1 * tolerance
 
 
-def test_without_the_landings_the_error_would_be_several_times_the_tolerance(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("synth.plan.landing.ROUNDS", 0)
+def test_a_landing_that_would_take_too_many_solutions_tells_its_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is several times the tolerance with the number of a slow landing."""
+    monkeypatch.setattr("synth.plan.landing.PATIENCE", 1e-3)
     solved = planned(FINGERTIP, {}, 8e-3, {}, 1e-2)
     error = np.max(np.abs(frames_of(solved, 1) - frames_of(solved, 8)), axis=1)[2] / solved.channels[2].extent
-    assert 2e-2 < error <= solved.frames.errors[2], "the error that is left is told"
+    assert 2e-2 < error <= solved.frames.errors[2]
     assert any("acceleration of the moving scan may be" in text for text in solved.warnings)
+
+
+def test_a_landing_that_takes_too_long_to_look_at_is_extrapolated(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("synth.plan.landing.ROUNDS", 0)  # the same as a LONGEST that the next number exceeds
+    solved = planned(FINGERTIP, {}, 8e-3, {}, 1e-2)
+    errors = np.max(np.abs(frames_of(solved, 1) - frames_of(solved, 8)), axis=1)
+    for channel, error, told in zip(solved.channels, errors, solved.frames.errors, strict=True):
+        assert error / channel.extent <= told <= 1.1e-2
