@@ -8,8 +8,8 @@ Model   Where the load begins or ends, z changes within a fraction of a millisec
         here: the error is then extrapolated.
 Source  design, section 4. In 36 recordings (three fingers, landings of 2 to 30 ms) the error was 0.8 to 1.2 times the
         change.
-Limits  Only the quickest place is solved, and not where already the planned number would take more than LONGEST, as at
-        the tightest tolerances. Recordings over an area are left to `path_frames`, which does not know their landings.
+Limits  Only the quickest place is solved, and not where already the planned number would take more than LONGEST: at the
+        tightest tolerances, and for most fingertips over an area.
 """
 
 from __future__ import annotations

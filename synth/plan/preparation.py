@@ -297,8 +297,7 @@ def _series(asked: Request, contact: Contact, demand: Demand, cache: ResponseCac
 def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> Preparation:
     """Return a moving scan with its errors and, unless its frames are solved, the table or direct plan of its voice."""
     wanted, table, direct = solved.tolerance if exact else None, None, None
-    recorded = solved.frames is not None and solved.scene.scan.trajectory is not None
-    if recorded and solved.load_varies and not over_area(solved):
+    if solved.frames is not None and solved.scene.scan.trajectory is not None and solved.load_varies:
         solved = with_landings(solved)
     assert solved.contact is not None
     if solved.frames is not None:
