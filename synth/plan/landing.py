@@ -8,8 +8,8 @@ Model   Where the load begins or ends, z changes within a fraction of a millisec
         here: the error is then extrapolated.
 Source  design, section 4. In 36 recordings (three fingers, landings of 2 to 30 ms) the error was 0.8 to 1.2 times the
         change.
-Limits  Only the quickest place is solved, and not where already the planned number would take more than LONGEST: at the
-        tightest tolerances, and for most fingertips over an area.
+Limits  Only the quickest place is solved, and not at the tightest tolerances, where MANY solutions take longer than
+        LONGEST.
 """
 
 from __future__ import annotations
@@ -44,7 +44,8 @@ if TYPE_CHECKING:
     from synth.plan.preparation import Preparation
 
 RISE = 1e-3  # s
-LONGEST = 2.0  # s of predicted work
+LONGEST = 10.0  # s of predicted work; over an area a third of it or less is spent at 0.3 N
+MANY = 16  # solutions per stride: with more, the constants of `frame_solver` hold
 ROUNDS = 6  # most increases of the number of solutions
 SURE_FALL = 2.0  # power with which the error falls at least; FALL is reached with many solutions only
 OVER_CHANGE = 1.25  # error over the change by twice as many solutions
@@ -65,7 +66,7 @@ def with_landings(solved: Preparation) -> Preparation:
     strides = 4.0 * MARGIN / (plan.scale * plan.stride)  # of a chunk with its margins
     most = min(MOST_TOGETHER / strides, plan.count * PATIENCE / (plan.work * (motion.duration - motion.start)))
     looked = LONGEST / (3.0 * strides * solution)  # the place is solved at this number and at twice as many
-    if plan.count > looked:
+    if plan.count > looked >= MANY:
         return replace(solved, mean=mean)
 
     def at_place(count: int) -> Array:
@@ -75,7 +76,7 @@ def with_landings(solved: Preparation) -> Preparation:
         solver = FrameSolver(heights, solved.scene, mean, rate, scale=plan.scale, **how)
         return solver.solved(math.floor(place * rate / solver.chunk), solved.orders)
 
-    count, allowed = plan.count, FOLDED_SHARE * solved.tolerance
+    count, allowed = max(1, math.floor(min(plan.count, looked))), FOLDED_SHARE * solved.tolerance
     for step in range(ROUNDS + 1):
         error = OVER_CHANGE * np.max(np.abs(at_place(2 * count) - at_place(count)), axis=1) / extents
         excess = float(np.max(error)) / allowed
@@ -83,7 +84,7 @@ def with_landings(solved: Preparation) -> Preparation:
         if wanted <= count or step == ROUNDS:
             break
         count = wanted
-    wanted = math.floor(min(most, math.ceil(count * excess ** (1.0 / SURE_FALL))))
+    wanted = max(plan.count, math.floor(min(most, math.ceil(count * excess ** (1.0 / SURE_FALL)))))
     if wanted > count:  # too many to be solved here
         count, error = wanted, error * (count / wanted) ** SURE_FALL
     counted = [FOLDED[order] * (SEEN / plan.count) ** FALL for order in solved.orders]
