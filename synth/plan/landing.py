@@ -16,14 +16,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from synth.arrays import Array
+from synth.contact.load_balance import Contact
 from synth.motion.motion import LOAD
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
-from synth.plan.channels import extent_and_peak
+from synth.plan.channels import SteadyScan, extent_and_peak
 from synth.plan.frame_solver import (
     FALL,
     FOLDED,
@@ -33,15 +33,13 @@ from synth.plan.frame_solver import (
     MOST_TOGETHER,
     PATIENCE,
     SEEN,
+    FramePlan,
     FrameSolver,
     solution_nanoseconds,
 )
 from synth.plan.motion_peak import LOOK_RATE, LOOKS
-from synth.plan.own_motion import own_mean
+from synth.response.mean_approach import Mean
 from synth.scene.scene import Scene
-
-if TYPE_CHECKING:
-    from synth.plan.preparation import Preparation
 
 RISE = 1e-3  # s
 LONGEST = 10.0  # s of predicted work; over an area a third of it or less is spent at 0.3 N
@@ -51,32 +49,31 @@ SURE_FALL = 2.0  # power with which the error falls at least; FALL is reached wi
 OVER_CHANGE = 1.25  # error over the change by twice as many solutions
 
 
-def with_landings(solved: Preparation) -> Preparation:
-    """Return `solved` with the solutions and the errors that its quickest landing or lift requires.
+def at_landings(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mean, tolerance: float) -> FramePlan:
+    """Return `plan` with the solutions and the errors that the quickest landing or lift requires.
 
-    solved: a recording whose frames are planned, and whose load varies.
+    steady: a recording whose load varies, at its own speed and load.
+    contact: on the whole surface.
+    mean: mean of z over a period, as for `FrameSolver`.
     """
-    plan, place = solved.frames, _quickest(solved.scene)
-    assert plan is not None and solved.contact is not None
-    mean = solved.mean or own_mean(solved, solved.contact, solved.tolerance)
-    extents = np.array([extent_and_peak(solved.steady.series(order))[0] for order in solved.orders])
+    scene, place = steady.scene, _quickest(steady.scene)
+    extents = np.array([extent_and_peak(steady.series(order))[0] for order in steady.orders])
     if place is None or not extents.all():
-        return replace(solved, mean=mean)
-    motion, solution = ScanMotion(solved.scene), 1e-9 * (solution_nanoseconds(solved.contact) + FRAME_SETUP)
+        return plan
+    motion, solution = ScanMotion(scene), 1e-9 * (solution_nanoseconds(contact) + FRAME_SETUP)
     strides = 4.0 * MARGIN / (plan.scale * plan.stride)  # of a chunk with its margins
     most = min(MOST_TOGETHER / strides, plan.count * PATIENCE / (plan.work * (motion.duration - motion.start)))
     looked = LONGEST / (3.0 * strides * solution)  # the place is solved at this number and at twice as many
     if plan.count > looked >= MANY:
-        return replace(solved, mean=mean)
+        return plan
 
     def at_place(count: int) -> Array:
         """Return the frames about the place with `count` solutions per stride, SI [orders, frames]."""
-        rate, heights = solved.scene.output.sample_rate, solved.whole.heights
-        how = {"count": count, "stride": plan.stride, "longest": 0}
-        solver = FrameSolver(heights, solved.scene, mean, rate, scale=plan.scale, **how)
-        return solver.solved(math.floor(place * rate / solver.chunk), solved.orders)
+        rate, how = scene.output.sample_rate, {"count": count, "stride": plan.stride, "longest": 0}
+        solver = FrameSolver(contact.heights, scene, mean, rate, scale=plan.scale, **how)
+        return solver.solved(math.floor(place * rate / solver.chunk), steady.orders)
 
-    count, allowed = max(1, math.floor(min(plan.count, looked))), FOLDED_SHARE * solved.tolerance
+    count, allowed = max(1, math.floor(min(plan.count, looked))), FOLDED_SHARE * tolerance
     for step in range(ROUNDS + 1):
         error = OVER_CHANGE * np.max(np.abs(at_place(2 * count) - at_place(count)), axis=1) / extents
         excess = float(np.max(error)) / allowed
@@ -87,10 +84,9 @@ def with_landings(solved: Preparation) -> Preparation:
     wanted = max(plan.count, math.floor(min(most, math.ceil(count * excess ** (1.0 / SURE_FALL)))))
     if wanted > count:  # too many to be solved here
         count, error = wanted, error * (count / wanted) ** SURE_FALL
-    counted = [FOLDED[order] * (SEEN / plan.count) ** FALL for order in solved.orders]
+    counted = [FOLDED[order] * (SEEN / plan.count) ** FALL for order in steady.orders]
     beyond = np.maximum(error - counted, 0.0)
-    frames = replace(plan, count=count, work=plan.work * count / plan.count).with_errors(beyond)
-    return replace(solved, mean=mean, frames=frames)
+    return replace(plan, count=count, work=plan.work * count / plan.count).with_errors(beyond)
 
 
 def _quickest(scene: Scene) -> float | None:

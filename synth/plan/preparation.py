@@ -40,9 +40,9 @@ from synth.plan.effect_choice import SimulationCase, outputs_of
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, shape_for, simulated_channel
 from synth.plan.frame_solver import FramePlan, plan_frames
-from synth.plan.landing import with_landings
+from synth.plan.landing import at_landings
 from synth.plan.motion_peak import differs_from_cruise
-from synth.plan.own_motion import has_approach, own_motion, pressed
+from synth.plan.own_motion import has_approach, own_mean, own_motion, pressed
 from synth.plan.path_frames import beside_cells, cells_along_line, cells_along_path, first_cells, path_frames
 from synth.plan.process_start import begun
 from synth.plan.request import N_MAX, Request, harmonics_in_band
@@ -296,12 +296,14 @@ def _series(asked: Request, contact: Contact, demand: Demand, cache: ResponseCac
 
 def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> Preparation:
     """Return a moving scan with its errors and, unless its frames are solved, the table or direct plan of its voice."""
-    wanted, table, direct = solved.tolerance if exact else None, None, None
-    if solved.frames is not None and solved.scene.scan.trajectory is not None and solved.load_varies:
-        solved = with_landings(solved)
     assert solved.contact is not None
-    if solved.frames is not None:
-        errors = dict(zip(solved.orders, solved.frames.errors, strict=True))
+    wanted, table, direct = solved.tolerance if exact else None, None, None
+    mean, frames = solved.mean, solved.frames
+    if frames is not None:
+        if solved.scene.scan.trajectory is not None and solved.load_varies:
+            mean = mean or own_mean(solved, solved.contact, solved.tolerance)
+            frames = at_landings(solved.steady, frames, solved.whole, mean, solved.tolerance)
+        errors = dict(zip(solved.orders, frames.errors, strict=True))
         limit, where = NEARLY * solved.tolerance, ""
     else:
         rate, (low, high) = solved.scene.output.sample_rate, solved.reported_loads
@@ -323,7 +325,8 @@ def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> P
         for one in channels
         if one.error > limit
     )
-    return replace(solved, table=table, direct=direct, channels=channels, warnings=(*solved.warnings, *warnings))
+    solved = replace(solved, mean=mean, frames=frames, table=table, direct=direct, channels=channels)
+    return replace(solved, warnings=(*solved.warnings, *warnings))
 
 
 def _with_effects(solved: Preparation, shapes: PreparedEffects) -> Preparation:
