@@ -25,7 +25,7 @@ from clients.client_errors import (
     retry_seconds,
 )
 from clients.http_client.rendered_sound import read_shape, read_sound
-from clients.pcm_buffer import SAMPLE_TYPES, Block, PcmBuffer
+from clients.pcm_buffer import SAMPLE_TYPES, Block, PcmBuffer, whole_frames
 from clients.scene_and_key import checked_key, json_text, scene_to_send
 from synth.encode.sound import Sound
 from synth.errors import CannotRender, Fault, InvalidRequest, shown
@@ -269,8 +269,8 @@ class StreamFrames:
         self._buffer.append(samples)
 
     def has(self, frames: int) -> bool:
-        """Return whether the next `frames` were received."""
-        return self._buffer.frames >= frames
+        """Return whether the next `frames` were received. Raises InvalidRequest unless it is a whole number from 0."""
+        return self._buffer.frames >= whole_frames("frames", frames)
 
     def take(self, frames: int) -> Block:
         """Return the next `frames`."""

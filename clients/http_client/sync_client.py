@@ -216,7 +216,7 @@ class Stream(StreamFrames):
     def read(self, frames: int) -> Block:
         """Return the next `frames`, float32 [frames, channels], in units of the session's full scale.
 
-        Raises StreamEnded, whose `rest` holds the unread frames before the end; ConnectionLost.
+        Raises StreamEnded, whose `rest` holds the unread frames before the end; ConnectionLost; InvalidRequest.
         """
         with calls.transported():
             while not self.has(frames):

@@ -55,7 +55,7 @@ class Bouncer:
     def __init__(self, app: ASGIApp, settings: Settings) -> None:
         self._app = app
         self._hosts = frozenset(host.lower() for host in (*settings.allowed_hosts, _bound_name(settings.host)))
-        self._origins = frozenset(origin.lower() for origin in settings.allowed_origins)
+        self._origins = frozenset(settings.allowed_origins)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Check a request or WebSocket and pass it on."""

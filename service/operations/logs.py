@@ -133,7 +133,11 @@ def set_up_log(level: str, log_format: str = "text") -> None:
             "filters": {"subject": {"()": SubjectFilter}},
             "formatters": {"text": {"format": PLAIN}, "json": json if log_format == "json" else {"format": PLAIN}},
             "handlers": {"stderr": {"class": "logging.StreamHandler", "formatter": log_format, "filters": ["subject"]}},
-            "loggers": {"ridgewave": ours} | dict.fromkeys(("uvicorn", "uvicorn.error"), servers),
+            "loggers": {
+                "ridgewave": ours,
+                **dict.fromkeys(("uvicorn", "uvicorn.error"), servers),
+                "uvicorn.access": {"handlers": [], "propagate": False},  # in a worker this replaces `access_log`
+            },
             "root": {"level": "WARNING", "handlers": ["stderr"]},
         }
     )

@@ -76,6 +76,12 @@ def _listed(pattern: str) -> Callable[[str], tuple[str, ...]]:
     return read
 
 
+def _origins(text: str) -> tuple[str, ...]:
+    """Return origins as browsers send them: in small letters, without the port that the scheme implies."""
+    items = _listed(rf"https?://({_HOST})(:[0-9]{{1,5}})?")(text.lower())
+    return tuple(item.removesuffix(":443" if item.startswith("https:") else ":80") for item in items)
+
+
 def _networks(text: str) -> tuple[str, ...]:
     items = tuple(item.strip() for item in text.split(",") if item.strip())
     return tuple(str(ipaddress.ip_network(item)) for item in items)
@@ -116,7 +122,7 @@ class Settings:
     api_keys: tuple[str, ...] = _setting(
         (),
         _listed(r"[\x21-\x2b\x2d-\x7e]{1,256}"),
-        "keys of visible ASCII characters, separated by commas",
+        "keys of 1 to 256 visible ASCII characters, separated by commas",
         "The keys of callers. Each request must carry one as a Bearer token. If empty, no key is required.",
     )
     allowed_hosts: tuple[str, ...] = _setting(
@@ -127,7 +133,7 @@ class Settings:
     )
     allowed_origins: tuple[str, ...] = _setting(
         (),
-        _listed(rf"https?://({_HOST})(:[0-9]{{1,5}})?"),
+        _origins,
         "origins such as https://lab.example:8443, separated by commas",
         "Origins of other web pages that may use the service (CORS). The service's own pages always may.",
     )

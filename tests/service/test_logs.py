@@ -23,7 +23,7 @@ from tests.service.plain_engine import PlainEngine
 
 KEY = "a-long-key-that-nobody-may-read"
 ENCODED = "YS1sb25nLWtleS10aGF0LW5vYm9keS1tYXktcmVhZA"
-LOGGERS = ("", "ridgewave", "uvicorn", "uvicorn.error")
+LOGGERS = ("", "ridgewave", "uvicorn", "uvicorn.access", "uvicorn.error")
 
 
 @pytest.fixture(autouse=True)
@@ -102,11 +102,13 @@ def test_a_live_connection_names_its_session_itself() -> None:
     assert named() is None
 
 
+@pytest.mark.parametrize("workers", [1, 2])
 @pytest.mark.parametrize("log_format", ["json", thorough("text")])
-def test_no_key_is_ever_logged_at_any_level(tmp_path: Path, log_format: str) -> None:
+def test_no_key_is_ever_logged_at_any_level(tmp_path: Path, log_format: str, workers: int) -> None:
     child = Child(
-        "tests.service.serve_plain",
+        "tests.service.serve_plain" if workers == 1 else "tests.service.serve_plain_workers",
         tmp_path,
+        RIDGEWAVE_WORKERS=str(workers),
         RIDGEWAVE_API_KEYS=KEY,
         RIDGEWAVE_LOG_LEVEL="debug",
         RIDGEWAVE_LOG_FORMAT=log_format,
@@ -120,7 +122,7 @@ def test_no_key_is_ever_logged_at_any_level(tmp_path: Path, log_format: str) -> 
         assert httpx.get(f"{url}/v1/textures?api_key={KEY}", timeout=PATIENCE).status_code == 401
         _knock(url)
     finally:
-        child.end()
+        child.terminate()
     log = child.log.read_text()
     assert KEY not in log and ENCODED not in log
     assert "WEBSOCKET /v1/live 101" in log and "WEBSOCKET /v1/live 401" in log and "GET /nowhere 404" in log

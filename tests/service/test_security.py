@@ -109,8 +109,9 @@ def test_a_page_of_the_service_may_write(app: FastAPI) -> None:
     assert ask(app, "POST", "/v1/explain", json={}, headers=headers).status_code == 200
 
 
-def test_an_allowed_origin_may_write_and_read() -> None:
-    app = create_app(settings_of(allowed_origins="https://lab.example", api_keys="k"), PlainEngine())
+@pytest.mark.parametrize("allowed", ["https://lab.example", "HTTPS://Lab.Example", "https://lab.example:443"])
+def test_an_allowed_origin_may_write_and_read(allowed: str) -> None:
+    app = create_app(settings_of(allowed_origins=allowed, api_keys="k"), PlainEngine())
     origin = {"Origin": "https://lab.example"}
     asking = {**origin, "Access-Control-Request-Method": "PATCH", "Access-Control-Request-Headers": "authorization"}
     preflight = ask(app, "OPTIONS", "/v1/sessions/x", headers=asking)

@@ -15,6 +15,7 @@ BAD = [
     ("workers", "many"),
     ("api_keys", "one,two three"),
     ("api_keys", "schlüssel"),
+    ("api_keys", 257 * "k"),
     ("allowed_hosts", "http://x"),
     ("allowed_hosts", "x:80"),
     ("allowed_origins", "lab.example"),
@@ -100,6 +101,19 @@ def test_all_faults_are_told_at_once() -> None:
     with pytest.raises(SettingsError) as refused:
         read_settings({"RIDGEWAVE_PORT": "x", "RIDGEWAVE_LEAD": "2"})
     assert [fault.pointer for fault in refused.value.faults] == ["RIDGEWAVE_PORT", "RIDGEWAVE_LEAD"]
+
+
+def test_origins_are_read_as_browsers_send_them() -> None:
+    given = "https://Lab.Example, https://a.example:443,http://a.example:80,http://a.example:443,http://[::1]:8000"
+    expected = (
+        "https://lab.example",
+        "https://a.example",
+        "http://a.example",
+        "http://a.example:443",
+        "http://[::1]:8000",
+    )
+    assert read_settings({"RIDGEWAVE_ALLOWED_ORIGINS": given}).allowed_origins == expected
+    assert read_settings({"RIDGEWAVE_API_KEYS": 256 * "k"}).api_keys == (256 * "k",)
 
 
 def test_every_host_needs_a_key() -> None:

@@ -65,7 +65,7 @@ def import_surface(path: Path, options: ImportOptions, name: str | None = None) 
     shown_name = path.name if name is None else Path(name).name
     found = read_surface_file(path, Path(shown_name).suffix)
     heights, spacing = _in_metres(found, options)
-    heights, missing, rule = _whole(heights, found.missing, options.missing)
+    heights, missing, rule = _whole(heights, found.missing, options.missing, spacing)
     check_shape(heights.shape)
     tilt = tilt_of(heights, missing)
     heights = levelled(heights, missing, options.level)
@@ -163,7 +163,9 @@ def _fault(option: str, value: str, allowed: str, hint: str) -> Fault:
     return Fault(f"/{option}", value, allowed, hint)
 
 
-def _whole(heights: Heights, missing: Missing, rule: str) -> tuple[Heights, Missing, dict[str, Any]]:
+def _whole(
+    heights: Heights, missing: Missing, rule: str, spacing: tuple[float, ...]
+) -> tuple[Heights, Missing, dict[str, Any]]:
     """Return heights without missing points, and what was done. With the rule "refuse", raises InvalidRequest."""
     count = int(np.count_nonzero(missing))
     done = {"points": count, "rule": rule}
@@ -178,7 +180,7 @@ def _whole(heights: Heights, missing: Missing, rule: str) -> tuple[Heights, Miss
     from synth.surfaces.measurement.missing_points import filled, largest_whole_part  # imports numba, 1/3 of the start
 
     if rule == "fill":
-        return filled(heights, missing), np.zeros_like(missing), done
+        return filled(heights, missing, spacing), np.zeros_like(missing), done
     part = largest_whole_part(missing)
     kept = heights[part].copy()
     return kept, np.zeros(kept.shape, bool), done

@@ -3,8 +3,8 @@
 Stage   SURFACES, from files.
 Model   fill    A missing point is interpolated linearly between the nearest measured points to its left and right, and
                 also between those above and below. The height is the mean of both values, each weighted by 1 / distance
-                between its two points. A plane is therefore filled exactly. If a point has neither pair, it gets the
-                height of the nearest measured point.
+                between its two points. Within its measured points, a plane is therefore filled exactly. If a point has
+                neither pair, it gets the height of the nearest measured point.
         crop    The largest rectangle (of a profile, the longest piece) without missing points is kept.
 Limits  If more than MOST_FILLED of the points are missing, `fill` is refused: the result would be mostly invented.
 """
@@ -22,14 +22,17 @@ MOST_FILLED = 0.5
 Places = tuple[slice, ...]
 
 
-def filled(heights: Heights, missing: Missing) -> Heights:
-    """Return `heights` with heights at the missing points. Raises InvalidRequest if too many are missing."""
+def filled(heights: Heights, missing: Missing, spacing: tuple[float, ...]) -> Heights:
+    """Return `heights` with heights at the missing points. Raises InvalidRequest if too many are missing.
+
+    spacing: distance between neighbouring columns, then rows, m.
+    """
     share = float(np.mean(missing))
     if share > MOST_FILLED:
         refuse_file(f"{100 * share:.0f} % missing points", "at most 50 % of them", "Write missing = crop.")
     grid, gaps = np.atleast_2d(heights), np.atleast_2d(missing)
-    along_x, weight_x = _between(grid, gaps)
-    along_y, weight_y = (part.T for part in _between(grid.T, gaps.T))
+    along_x, weight_x = _between(grid, gaps, spacing[0])
+    along_y, weight_y = (part.T for part in _between(grid.T, gaps.T, spacing[-1]))
     weight = weight_x + weight_y
     found = (weight > 0.0) & gaps
     made = grid.copy()
@@ -38,14 +41,17 @@ def filled(heights: Heights, missing: Missing) -> Heights:
     if np.any(rest):
         from scipy.ndimage import distance_transform_edt
 
-        nearest = distance_transform_edt(gaps, return_distances=False, return_indices=True)
+        nearest = distance_transform_edt(
+            gaps, sampling=(spacing[-1], spacing[0]), return_distances=False, return_indices=True
+        )
         made[rest] = grid[tuple(index[rest] for index in nearest)]
     return np.asarray(made.reshape(heights.shape))
 
 
-def _between(grid: Heights, gaps: Missing) -> tuple[Heights, Heights]:
+def _between(grid: Heights, gaps: Missing, step: float) -> tuple[Heights, Heights]:
     """Return, at missing points, the height between the measured points to the left and right, and its weight.
 
+    step: distance between neighbouring columns, m.
     Both are 0 where one of these points does not exist, and at measured points.
     """
     columns = grid.shape[1]
@@ -58,7 +64,7 @@ def _between(grid: Heights, gaps: Missing) -> tuple[Heights, Heights]:
     low, high = grid[row, before], grid[row, after]
     height, weight = np.zeros(grid.shape), np.zeros(grid.shape)
     height[both] = low + (high - low) * (column - before) / (after - before)
-    weight[both] = 1.0 / (after - before)
+    weight[both] = 1.0 / (step * (after - before))
     return height, weight
 
 

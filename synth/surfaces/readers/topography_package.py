@@ -64,7 +64,9 @@ def read(path: Path, ending: str) -> SurfaceFile:
             raise
         except Exception as error:  # a third-party parser can raise anything for a damaged file
             cause = cause or error
-    refuse_file("a file that its reader cannot read", "a whole file", "Copy it again, or export it as X3P.", cause)
+    allowed = "a whole file, with contents that SurfaceTopography reads"
+    hint = "Copy it again. If it is whole, export it as text: of X3P, for example, areas are read and profiles are not."
+    refuse_file("a file that its reader cannot read", allowed, hint, cause)
 
 
 @contextmanager

@@ -150,6 +150,16 @@ def test_a_finite_stream_ends_with_the_unread_frames(client: Client) -> None:
     assert ended.value.frame == 2400
 
 
+@pytest.mark.parametrize("frames", [-1, 1.5, None])
+def test_a_number_of_frames_that_is_none_is_refused_and_takes_nothing(client: Client, frames: Any) -> None:
+    with client.open_session({}) as session, session.stream(duration=0.05) as stream:
+        assert stream.read(100).shape == (100, 1)
+        with pytest.raises(InvalidRequest, match="a whole number from 0"):
+            stream.read(frames)
+        assert stream.read(2300).shape == (2300, 1)
+        assert stream.frame == 2400
+
+
 def test_a_session_records_on_the_machine_of_the_service(client: Client) -> None:
     with client.open_session({}) as session:
         assert session.play("file:client.wav")["state"] == "playing"

@@ -338,6 +338,7 @@ def test_a_stream_is_used_inside_with() -> None:
         ({"format": "wav"}, "/format"),
         ({"pacing": "fast"}, "/pacing"),
         ({"ahead": -1}, "/ahead"),
+        ({"reconnect": "New"}, "/reconnect"),
         ({"scene": "paper-finger"}, ""),
     ],
 )

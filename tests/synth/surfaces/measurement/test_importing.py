@@ -136,16 +136,26 @@ def test_missing_points_are_refused_filled_or_cropped(tmp_path: Path) -> None:
 def test_of_two_lines_over_a_gap_the_shorter_one_counts_more() -> None:
     heights, missing = np.ones((3, 11)), np.zeros((3, 11), bool)
     heights[1], missing[1, 1:-1] = 0.0, True  # a scratch: 10 steps from end to end at 0, 2 steps across at 1
-    assert filled(heights, missing)[1] == pytest.approx([0.0, *[5.0 / 6.0] * 9, 0.0])
+    assert filled(heights, missing, (1.0, 1.0))[1] == pytest.approx([0.0, *[5.0 / 6.0] * 9, 0.0])
+    assert filled(heights, missing, (1.0, 10.0))[1] == pytest.approx([0.0, *[1.0 / 3.0] * 9, 0.0])
+    assert filled(heights.T, missing.T, (10.0, 1.0))[:, 1] == pytest.approx([0.0, *[1.0 / 3.0] * 9, 0.0])
+
+
+def test_a_gap_is_filled_by_the_distances_of_the_file(tmp_path: Path) -> None:
+    scratch = np.ones((3, 11))
+    scratch[1], scratch[1, 1:-1] = 0.0, np.nan
+    full = imported(npy(tmp_path, scratch), unit="um", pixel="1 um, 10 um", missing="fill")
+    assert full.heights[1, 5] - full.heights[1, 0] == pytest.approx(1e-6 / 3.0)  # 10 um along the row, 20 um across it
 
 
 def test_points_outside_every_line_take_their_nearest_neighbour() -> None:
     heights = np.array([[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]])
     missing = np.array([[True, False, False], [False, False, True]])
-    assert filled(heights, missing)[0, 0] in (1.0, 3.0)
-    assert filled(heights, missing)[1, 2] in (2.0, 4.0)
+    close_columns, close_rows = filled(heights, missing, (1.0, 10.0)), filled(heights, missing, (10.0, 1.0))
+    assert (close_columns[0, 0], close_columns[1, 2]) == (1.0, 4.0)
+    assert (close_rows[0, 0], close_rows[1, 2]) == (3.0, 2.0)
     with pytest.raises(InvalidRequest, match="missing points"):
-        filled(heights, np.array([[True] * 3, [True, False, False]]))
+        filled(heights, np.array([[True] * 3, [True, False, False]]), (1.0, 1.0))
 
 
 def test_the_largest_rectangle_is_that_of_a_search_over_all() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 import sys
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -169,6 +170,29 @@ def test_a_file_without_a_channel_says_so(tmp_path: Path) -> None:
     path = tmp_path / "empty.gwy"
     path.write_bytes(b"GWYPGwyContainer\0" + bytes(4))
     with pytest.raises(InvalidRequest, match="got no channel"):
+        import_surface(path, ImportOptions())
+
+
+def _x3p(path: Path, feature: str) -> None:
+    """A whole file of ISO 25178-72: the features are SUR, an area, and PRF, a profile."""
+    step = "<AxisType>I</AxisType><DataType>D</DataType><Increment>1e-6</Increment>"
+    axes = f"<CX>{step}</CX><CY>{step}</CY><CZ><AxisType>A</AxisType><DataType>D</DataType></CZ>"
+    sizes = "<SizeX>17</SizeX><SizeY>12</SizeY><SizeZ>1</SizeZ>"
+    first = f"<Revision>ISO5436 - 2000</Revision><FeatureType>{feature}</FeatureType><Axes>{axes}</Axes>"
+    third = f"<MatrixDimension>{sizes}</MatrixDimension><DataLink><PointDataLink>data.bin</PointDataLink></DataLink>"
+    with zipfile.ZipFile(path, "w") as packed:
+        packed.writestr("main.xml", f"<ISO5436_2><Record1>{first}</Record1><Record3>{third}</Record3></ISO5436_2>")
+        packed.writestr("data.bin", (1e-6 * GRID).tobytes())
+
+
+def test_a_whole_file_of_a_kind_that_is_not_read_says_what_to_export(tmp_path: Path) -> None:
+    pytest.importorskip("SurfaceTopography", reason="needs the extra surfaces")
+    path = tmp_path / "scan.x3p"
+    _x3p(path, "SUR")
+    heights = import_surface(path, ImportOptions()).heights
+    np.testing.assert_allclose(heights, 1e-6 * (GRID - GRID.mean()), atol=1e-18)
+    _x3p(path, "PRF")
+    with pytest.raises(InvalidRequest, match="If it is whole, export it as text"):
         import_surface(path, ImportOptions())
 
 
