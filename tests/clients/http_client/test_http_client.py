@@ -214,9 +214,28 @@ def test_a_key_that_no_header_can_hold_is_refused_and_not_shown() -> None:
 )
 def test_an_answer_of_another_service_is_a_protocol_error(answer: httpx.Response) -> None:
     with answering(lambda _: answer) as client:
-        for call in (client.explain, client.render, client.textures):
+        for call in (client.explain, client.render, client.textures, client.open_session):
             with pytest.raises(ProtocolError):
                 call()
+
+
+def test_a_session_without_its_fields_is_a_protocol_error() -> None:
+    with answering(lambda _: httpx.Response(201, json={"hello": "world"})) as client:
+        with pytest.raises(ProtocolError):
+            client.open_session()
+        with pytest.raises(ProtocolError):
+            client.session("s")
+
+
+ADDRESSES = ("127.0.0.1:8000", "ws://127.0.0.1:8000", "http://h:x", "http://h:99999", "http://[h", "http://h h", "")
+
+
+@pytest.mark.parametrize("url", [*ADDRESSES, f"http://{64 * 'a'}.b", None, 5])
+def test_an_invalid_address_is_refused_at_once(url: Any) -> None:
+    for kind in (Client, AsyncClient):
+        with pytest.raises(InvalidRequest) as refused:
+            kind(url)
+        assert [fault.pointer for fault in refused.value.faults] == ["/base_url"]
 
 
 def test_an_error_without_a_problem_document_still_has_its_status() -> None:

@@ -335,6 +335,13 @@ def test_a_stream_is_used_inside_with() -> None:
     ("options", "pointer"),
     [
         ({"url": "http://127.0.0.1:8000/v1/live"}, "/url"),
+        ({"url": "ws://127.0.0.1:99999/v1/live"}, "/url"),
+        ({"url": "ws://127.0.0.1:port/v1/live"}, "/url"),
+        ({"url": "ws://[::1/v1/live"}, "/url"),
+        ({"url": f"ws://{64 * 'a'}.b/v1/live"}, "/url"),
+        ({"url": "ws://127.0.0.1:8000/v1/live#here"}, "/url"),
+        ({"url": 5}, "/url"),
+        ({"key": 5}, "/key"),
         ({"format": "wav"}, "/format"),
         ({"pacing": "fast"}, "/pacing"),
         ({"ahead": -1}, "/ahead"),
