@@ -6,17 +6,31 @@ Samples are interleaved. float32 samples are unchanged; int16 samples are n / 32
 
 from __future__ import annotations
 
+import operator
 from collections import deque
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from synth.errors import Fault, InvalidRequest, shown
+
 Block = npt.NDArray[np.float32]
 
 SAMPLE_TYPES: dict[str, np.dtype[Any]] = {"f32le": np.dtype("<f4"), "s16le": np.dtype("<i2"), "l16": np.dtype(">i2")}
 """Sample type of each raw format: the first two are those of the live protocol, the last is audio/L16."""
 INT16_STEPS = 32768.0  # integer steps per full scale, as in synth.encode.samples
+
+
+def whole_frames(name: str, value: object) -> int:
+    """Return `value` of the argument `name` as an int; raises InvalidRequest unless it is a whole number from 0."""
+    try:
+        whole = operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        whole = -1
+    if whole < 0:
+        raise InvalidRequest([Fault("/" + name, shown(value), "a whole number from 0", "Write a number of frames.")])
+    return whole
 
 
 class PcmBuffer:

@@ -16,7 +16,6 @@ outdated motion of the hand.
 from __future__ import annotations
 
 import logging
-import operator
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -29,7 +28,7 @@ from clients.live_client.pending_changes import Changes
 from clients.live_client.pending_contact import PendingContact
 from clients.live_client.reconnection import POLICY_CODE, RETRY_AFTER, Backoff, Closure
 from clients.live_client.wire_messages import Applied, Ready
-from clients.pcm_buffer import Block, PcmBuffer
+from clients.pcm_buffer import Block, PcmBuffer, whole_frames
 from clients.scene_and_key import json_text
 from synth.errors import Fault, InvalidRequest, shown
 
@@ -61,7 +60,9 @@ class StreamRequest:
     def __post_init__(self) -> None:
         _one_of("format", self.sample_format, ("f32le", "s16le"))
         _one_of("pacing", self.pacing, ("pull", "realtime"))
-        _whole("ahead", self.ahead)
+        object.__setattr__(self, "ahead", whole_frames("ahead", self.ahead))  # an int, which JSON can hold
+        if self.block is not None:
+            object.__setattr__(self, "block", whole_frames("block", self.block))
         json_text(self.scene)
 
 
@@ -237,10 +238,11 @@ class LiveProtocol:
             self._stopping = self._stop_unsent = True
             self._wanted = 0
 
-    def want(self, frames: int) -> None:
-        """Request `frames` for the next read. Raises InvalidRequest unless it is a whole number from 0."""
-        self._wanted = _whole("frames", frames)
+    def want(self, frames: int) -> int:
+        """Request `frames` for the next read; return them as an int. Raises InvalidRequest."""
+        self._wanted = whole_frames("frames", frames)
         self._contact.first = self._contact.unsent
+        return self._wanted
 
     def may_take(self, frames: int) -> bool:
         """Return whether `take` would return or raise now."""
@@ -371,13 +373,3 @@ def not_open() -> ClientError:
 def _one_of(name: str, value: object, allowed: tuple[str, ...]) -> None:
     if value not in allowed:
         raise InvalidRequest([Fault("/" + name, shown(value), " or ".join(allowed), f"Write {allowed[0]}.")])
-
-
-def _whole(name: str, value: object) -> int:
-    try:
-        whole = operator.index(value)  # type: ignore[arg-type]
-    except TypeError:
-        whole = -1
-    if whole < 0:
-        raise InvalidRequest([Fault("/" + name, shown(value), "a whole number from 0", "Write a number of frames.")])
-    return whole

@@ -141,6 +141,15 @@ def test_a_session_is_read_steered_and_ended(client: Client) -> None:
     assert gone.value.problem.kind == "not-found"
 
 
+@pytest.mark.parametrize("frames", [-5, 1.5, "480"])
+def test_a_read_of_no_whole_number_is_refused_and_loses_nothing(client: Client, frames: Any) -> None:
+    with client.open_session() as session, session.stream(duration=0.1) as stream:
+        stream.read(10)
+        with pytest.raises(InvalidRequest, match="whole number"):
+            stream.read(frames)
+        assert len(stream.read(FRAMES - 10)) == FRAMES - 10
+
+
 def test_a_finite_stream_ends_with_the_unread_frames(client: Client) -> None:
     with client.open_session({}) as session, session.stream(duration=0.05, format="l16") as stream:
         assert stream.read(2000).shape == (2000, 1)

@@ -57,6 +57,12 @@ def test_a_read_returns_exactly_the_requested_frames(place: Place) -> None:
         assert len(touch.full_scale) == len(touch.quantities) == touch.channels
 
 
+def test_frames_are_whole_numbers_of_any_type(place: Place) -> None:
+    frames: Any = np.int64(100)
+    with place.live(ahead=np.int64(5), block=np.int32(64)) as touch:
+        assert [len(touch.read(frames, timeout=10.0)) for _ in range(3)] == [100, 100, 100]
+
+
 def test_the_sound_follows_the_hand_from_the_next_read_on(place: Place) -> None:
     with place.live() as touch:
         assert touch.applied is None
@@ -345,6 +351,7 @@ def test_a_stream_is_used_inside_with() -> None:
         ({"format": "wav"}, "/format"),
         ({"pacing": "fast"}, "/pacing"),
         ({"ahead": -1}, "/ahead"),
+        ({"block": 480.0}, "/block"),
         ({"scene": "paper-finger"}, ""),
     ],
 )
