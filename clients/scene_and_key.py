@@ -46,6 +46,15 @@ def scene_to_send(scene: Any) -> dict[str, Any]:
     raise InvalidRequest([Fault("", shown(scene), "a scene", 'Write {} or {"texture": {"period": "1 mm"}}.')])
 
 
+def change_to_send(partial: Any) -> Mapping[str, Any]:
+    """Return a partial scene; raises InvalidRequest unless it is a mapping that JSON can hold."""
+    if not isinstance(partial, Mapping):
+        hint = 'Write {"scan": {"load": "0.2 N"}}, for example.'
+        raise InvalidRequest([Fault("", shown(partial), "a partial scene", hint)])
+    json_text(partial)
+    return partial
+
+
 def json_text(document: Mapping[str, Any]) -> str:
     """Return a request as JSON text; raises InvalidRequest for a scene that JSON cannot hold."""
     try:

@@ -26,7 +26,7 @@ from clients.client_errors import (
 )
 from clients.http_client.rendered_sound import read_shape, read_sound
 from clients.pcm_buffer import SAMPLE_TYPES, Block, PcmBuffer
-from clients.scene_and_key import checked_key, checked_url, json_text, scene_to_send
+from clients.scene_and_key import change_to_send, checked_key, checked_url, json_text, scene_to_send
 from synth.encode.sound import Sound
 from synth.errors import CannotRender, Fault, InvalidRequest, shown
 
@@ -192,7 +192,7 @@ def look(session: str) -> Call[Document]:
 
 def change(session: str, partial: Mapping[str, Any]) -> Call[Document]:
     """Return the call that changes the scene of a session."""
-    return Call("PATCH", _session_path(session), _session, partial)
+    return Call("PATCH", _session_path(session), _session, change_to_send(partial))
 
 
 def delete(session: str) -> Call[None]:

@@ -361,6 +361,14 @@ def test_invalid_arguments_are_refused_at_once(options: dict[str, Any], pointer:
     assert [fault.pointer for fault in refused.value.faults] == [pointer]
 
 
+@pytest.mark.parametrize("partial", ["grating-1mm-31um", None, [1]])
+def test_a_change_that_is_no_mapping_is_refused_and_leaves_the_stream(partial: Any) -> None:
+    with Live(connect=ThreadNetwork(Service())) as touch:
+        with pytest.raises(InvalidRequest, match="a partial scene"):
+            touch.change(partial)
+        assert len(touch.read(10, timeout=10.0)) == 10
+
+
 def test_a_checked_scene_of_the_engine_is_a_scene() -> None:
     from synth.scene.scene import parse_scene
 
