@@ -27,18 +27,18 @@ function sentenceOf(problem) {
 let key = null;
 key = takeKey();
 
-/** Returns the JSON of the response, null if it is empty. body: JSON value, FormData or undefined. Throws
- *  ServiceProblem. */
-export async function call(method, path, body) {
-  const answer = await callBinary(method, path, body);
+/** Returns the JSON of the response, null if it is empty. body: JSON value, FormData or undefined. signal: an
+ *  AbortSignal that ends the request, and with it the work of the service. Throws ServiceProblem. */
+export async function call(method, path, body, signal) {
+  const answer = await callBinary(method, path, body, signal);
   const text = await answer.text();
   return text ? JSON.parse(text) : null;
 }
 
 /** Returns the Response. Throws ServiceProblem. */
-export async function callBinary(method, path, body) {
+export async function callBinary(method, path, body, signal) {
   const headers = key === null ? {} : { Authorization: `Bearer ${key}` };
-  const request = { method, headers };
+  const request = { method, headers, signal };
   if (body instanceof FormData) request.body = body;
   else if (body !== undefined) {
     headers["Content-Type"] = "application/json";
