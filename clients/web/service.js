@@ -24,6 +24,13 @@ function sentenceOf(problem) {
   return problem.detail || problem.title || "The service refused the request.";
 }
 
+const TEMPORARY = [0, 429, 502, 503, 504]; // statuses; 0: no answer
+
+/** Returns whether the same request may succeed soon: no answer, or from a service that is busy or restarts. */
+export function isTemporary(problem) {
+  return TEMPORARY.includes(problem?.status);
+}
+
 let key = null;
 key = takeKey();
 
