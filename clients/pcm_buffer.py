@@ -23,7 +23,7 @@ INT16_STEPS = 32768.0  # integer steps per full scale, as in synth.encode.sample
 
 
 def whole_frames(name: str, value: object) -> int:
-    """Return a number of frames. Raises InvalidRequest unless it is a whole number from 0."""
+    """Return `value` of the argument `name` as an int; raises InvalidRequest unless it is a whole number from 0."""
     try:
         whole = operator.index(value)  # type: ignore[arg-type]
     except TypeError:

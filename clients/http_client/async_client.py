@@ -19,7 +19,7 @@ import httpx
 from clients.client_errors import ClientError, RefusedError
 from clients.http_client import calls as calls
 from clients.http_client.calls import Call, Document, SessionState, StreamFrames
-from clients.pcm_buffer import Block
+from clients.pcm_buffer import Block, whole_frames
 from synth.encode.sound import Sound
 
 T = TypeVar("T")
@@ -197,6 +197,7 @@ class AsyncStream(StreamFrames):
 
     async def read(self, frames: int) -> Block:
         """As `Stream.read`."""
+        frames = whole_frames("frames", frames)
         with calls.transported():
             while not self.has(frames):
                 part = await anext(self._parts, None)

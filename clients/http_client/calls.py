@@ -25,8 +25,8 @@ from clients.client_errors import (
     retry_seconds,
 )
 from clients.http_client.rendered_sound import read_shape, read_sound
-from clients.pcm_buffer import SAMPLE_TYPES, Block, PcmBuffer, whole_frames
-from clients.scene_and_key import checked_key, json_text, scene_to_send
+from clients.pcm_buffer import SAMPLE_TYPES, Block, PcmBuffer
+from clients.scene_and_key import change_to_send, checked_key, checked_url, json_text, scene_to_send
 from synth.encode.sound import Sound
 from synth.errors import CannotRender, Fault, InvalidRequest, shown
 
@@ -78,7 +78,8 @@ def settings_of(base_url: str, key: str | None) -> dict[str, Any]:
     """Return the keyword arguments of a client of httpx."""
     headers = {} if key is None else {"Authorization": f"Bearer {checked_key(key)}"}
     timeout = httpx.Timeout(ANSWER_SECONDS, connect=CONNECT_SECONDS)
-    return {"base_url": base_url, "headers": headers, "timeout": timeout}
+    url = checked_url("base_url", base_url, ("http", "https"), DEFAULT_URL)
+    return {"base_url": url, "headers": headers, "timeout": timeout}
 
 
 def check(response: httpx.Response) -> None:
@@ -181,17 +182,17 @@ def healthz() -> Call[bool]:
 
 def open_session(scene: Any) -> Call[Document]:
     """Return the call that opens a session."""
-    return Call("POST", "/v1/sessions", _object, scene_to_send(scene))
+    return Call("POST", "/v1/sessions", _session, scene_to_send(scene))
 
 
 def look(session: str) -> Call[Document]:
     """Return the call that reads the state of a session."""
-    return Call("GET", _session_path(session), _object)
+    return Call("GET", _session_path(session), _session)
 
 
 def change(session: str, partial: Mapping[str, Any]) -> Call[Document]:
     """Return the call that changes the scene of a session."""
-    return Call("PATCH", _session_path(session), _object, partial)
+    return Call("PATCH", _session_path(session), _session, change_to_send(partial))
 
 
 def delete(session: str) -> Call[None]:
@@ -233,6 +234,11 @@ def _object(response: httpx.Response) -> Document:
     return document
 
 
+def _session(response: httpx.Response) -> Document:
+    """Return the description of a session; raises KeyError, TypeError or ValueError if it is none."""
+    return SessionState(_object(response)).document
+
+
 class SessionState:
     """The state of a session. document: its newest description by the service."""
 
@@ -269,8 +275,8 @@ class StreamFrames:
         self._buffer.append(samples)
 
     def has(self, frames: int) -> bool:
-        """Return whether the next `frames` were received. Raises InvalidRequest unless it is a whole number from 0."""
-        return self._buffer.frames >= whole_frames("frames", frames)
+        """Return whether the next `frames` were received."""
+        return self._buffer.frames >= frames
 
     def take(self, frames: int) -> Block:
         """Return the next `frames`."""

@@ -19,7 +19,7 @@ import httpx
 from clients.client_errors import ClientError, RefusedError
 from clients.http_client import calls as calls
 from clients.http_client.calls import Call, Document, SessionState, StreamFrames
-from clients.pcm_buffer import Block
+from clients.pcm_buffer import Block, whole_frames
 from synth.encode.sound import Sound
 
 T = TypeVar("T")
@@ -216,8 +216,9 @@ class Stream(StreamFrames):
     def read(self, frames: int) -> Block:
         """Return the next `frames`, float32 [frames, channels], in units of the session's full scale.
 
-        Raises StreamEnded, whose `rest` holds the unread frames before the end; ConnectionLost; InvalidRequest.
+        Raises InvalidRequest; StreamEnded, whose `rest` holds the unread frames before the end; ConnectionLost.
         """
+        frames = whole_frames("frames", frames)
         with calls.transported():
             while not self.has(frames):
                 part = next(self._parts, None)

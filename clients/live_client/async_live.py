@@ -82,7 +82,7 @@ class AsyncLive(LiveInterface):
     async def read(self, frames: int) -> Block:
         """As `Live.read`; limit the wait with `asyncio.timeout`. A cancelled read loses no frame."""
         with self._changing():
-            self._open().want(frames)
+            frames = self._open().want(frames)
         await self._until(lambda: self._protocol.may_take(frames))
         with self._changing():
             return self._protocol.take(frames)

@@ -171,7 +171,7 @@ class LiveInterface(ABC):
 
     @property
     def over_area(self) -> bool:
-        """Whether the texture is over an area: `y` has an effect, and `direction` is allowed."""
+        """Whether the finger may go anywhere over an area: `y` has an effect, and `direction` is allowed."""
         return self._protocol.over_area
 
     @property

@@ -29,7 +29,7 @@ from clients.live_client.pending_contact import PendingContact
 from clients.live_client.reconnection import POLICY_CODE, RETRY_AFTER, Backoff, Closure
 from clients.live_client.wire_messages import Applied, Ready
 from clients.pcm_buffer import Block, PcmBuffer, whole_frames
-from clients.scene_and_key import json_text
+from clients.scene_and_key import change_to_send, json_text
 from synth.errors import Fault, InvalidRequest, shown
 
 log = logging.getLogger("ridgewave.clients")
@@ -60,7 +60,9 @@ class StreamRequest:
     def __post_init__(self) -> None:
         _one_of("format", self.sample_format, ("f32le", "s16le"))
         _one_of("pacing", self.pacing, ("pull", "realtime"))
-        whole_frames("ahead", self.ahead)
+        object.__setattr__(self, "ahead", whole_frames("ahead", self.ahead))  # an int, which JSON can hold
+        if self.block is not None:
+            object.__setattr__(self, "block", whole_frames("block", self.block))
         json_text(self.scene)
 
 
@@ -227,9 +229,8 @@ class LiveProtocol:
         return self._update(replace(last, seq=self._seq, time=self.clock(), load=0.0))
 
     def change(self, partial: Mapping[str, Any]) -> None:
-        """Send a change of the scene. Raises InvalidRequest if JSON cannot hold it."""
-        json_text(partial)
-        self._changes.ask(partial)
+        """Send a change of the scene. Raises InvalidRequest unless it is a mapping that JSON can hold."""
+        self._changes.ask(change_to_send(partial))
 
     def stop(self) -> None:
         """Request the end of the stream; the fade before it needs no credit."""
@@ -237,10 +238,11 @@ class LiveProtocol:
             self._stopping = self._stop_unsent = True
             self._wanted = 0
 
-    def want(self, frames: int) -> None:
-        """Request `frames` for the next read. Raises InvalidRequest unless it is a whole number from 0."""
+    def want(self, frames: int) -> int:
+        """Request `frames` for the next read; return them as an int. Raises InvalidRequest."""
         self._wanted = whole_frames("frames", frames)
         self._contact.first = self._contact.unsent
+        return self._wanted
 
     def may_take(self, frames: int) -> bool:
         """Return whether `take` would return or raise now."""
@@ -355,7 +357,7 @@ class LiveProtocol:
         self.problems.append(problem)
         self._last_problem = problem
         if self._attached and problem.kind in SCENE_REFUSALS:
-            self._changes.refused()
+            self._changes.refused(fault.pointer for fault in problem.faults)
 
     def _session_is_gone(self, closure: Closure) -> bool:
         """Return whether the service refused to resume because the session, or its past sound, is gone."""

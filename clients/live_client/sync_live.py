@@ -95,7 +95,7 @@ class Live(LiveInterface):
         ConnectionLost; ResumeLost.
         """
         with self._changing():
-            self._open().want(frames)
+            frames = self._open().want(frames)
         return self._awaited(lambda: self._protocol.may_take(frames), timeout, lambda: self._protocol.take(frames))
 
     def stop(self, timeout: float | None = None) -> Block:

@@ -20,7 +20,7 @@ from websockets.exceptions import ConnectionClosed, InvalidMessage, InvalidStatu
 from clients.client_errors import ConnectionLost, read_problem, retry_seconds
 from clients.live_client.reconnection import Closed, Closure
 from clients.live_client.wire_messages import SUBPROTOCOLS, subprotocols
-from synth.errors import Fault, InvalidRequest, shown
+from clients.scene_and_key import checked_url
 
 PING_SECONDS = 5.0  # s between pings, and to wait for each answer: a lost peer is detected within twice that
 OPEN_SECONDS = 5.0  # s for TCP, TLS and the upgrade; longer wastes time while the service still keeps the session
@@ -46,11 +46,7 @@ class Address:
     @classmethod
     def of(cls, url: str, key: str | None) -> Address:
         """Return the checked address; raises InvalidRequest."""
-        parts = urlsplit(url)
-        if parts.scheme not in ("ws", "wss") or not parts.hostname:
-            hint = "Write ws://127.0.0.1:8000/v1/live."
-            raise InvalidRequest([Fault("/url", shown(url), "an address that begins with ws:// or wss://", hint)])
-        return cls(url, subprotocols(key))
+        return cls(checked_url("url", url, ("ws", "wss"), "ws://127.0.0.1:8000/v1/live"), subprotocols(key))
 
     def resuming(self, resume_url: str) -> Address:
         """Return the address at which to resume, on the same host. resume_url: as `ready` gave it; "" is this address.

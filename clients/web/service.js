@@ -24,21 +24,28 @@ function sentenceOf(problem) {
   return problem.detail || problem.title || "The service refused the request.";
 }
 
+const TEMPORARY = [0, 429, 502, 503, 504]; // statuses; 0: no answer
+
+/** Returns whether the same request may succeed soon: no answer, or from a service that is busy or restarts. */
+export function isTemporary(problem) {
+  return TEMPORARY.includes(problem?.status);
+}
+
 let key = null;
 key = takeKey();
 
-/** Returns the JSON of the response, null if it is empty. body: JSON value, FormData or undefined. Throws
- *  ServiceProblem. */
-export async function call(method, path, body) {
-  const answer = await callBinary(method, path, body);
+/** Returns the JSON of the response, null if it is empty. body: JSON value, FormData or undefined. signal: an
+ *  AbortSignal that ends the request, and with it the work of the service. Throws ServiceProblem. */
+export async function call(method, path, body, signal) {
+  const answer = await callBinary(method, path, body, signal);
   const text = await answer.text();
   return text ? JSON.parse(text) : null;
 }
 
 /** Returns the Response. Throws ServiceProblem. */
-export async function callBinary(method, path, body) {
+export async function callBinary(method, path, body, signal) {
   const headers = key === null ? {} : { Authorization: `Bearer ${key}` };
-  const request = { method, headers };
+  const request = { method, headers, signal };
   if (body instanceof FormData) request.body = body;
   else if (body !== undefined) {
     headers["Content-Type"] = "application/json";

@@ -24,7 +24,7 @@ def changed_scene(scene: Scene, patch: Mapping[str, object], full_scale: tuple[f
 
     Raises SceneError for an invalid scene, Problem (fixed) for a scene that changes a fixed value.
     """
-    changed = parse_scene(merge_patch(scene_document(scene), patch))
+    changed = parse_scene(merge_patch(_one_quantity(scene_document(scene)), patch))
     faults = [*_fixed_faults(scene.output, changed.output), *_added_faults(scene, changed)]
     if faults:
         raise Problem("fixed", "A session keeps its rate, channels, quantities and full scale.", tuple(faults))
@@ -63,6 +63,14 @@ def _with_added_scales(scene: Scene, full_scale: tuple[float, ...]) -> Scene:
     return with_added_scales(scene, full_scale)
 
 
+def _one_quantity(document: dict[str, Any]) -> dict[str, Any]:
+    """Return `document` with a single channel as quantity and full scale, so that a change may name either."""
+    output = document["output"]
+    if len(output.get("channels") or ()) != 1:
+        return document
+    return document | {"output": _without(output, "channels") | output["channels"][0]}
+
+
 def _without(section: dict[str, Any], *names: str) -> dict[str, Any]:
     return {name: value for name, value in section.items() if name not in names}
 
@@ -76,10 +84,11 @@ def _fixed_faults(before: Output, after: Output) -> list[Fault]:
         count = len(before.channel_list)
         return [*faults, _fixed("/output/channels", f"{len(after.channel_list)} channels", f"{count}, as it began")]
     for index, (was, now) in enumerate(zip(before.channel_list, after.channel_list, strict=True)):
+        place = f"/output/channels/{index}" if after.channels else "/output"
         if now.quantity != was.quantity:
-            faults.append(_fixed(f"/output/channels/{index}/quantity", now.quantity, was.quantity))
+            faults.append(_fixed(f"{place}/quantity", now.quantity, was.quantity))
         if now.full_scale not in (None, was.full_scale):
-            faults.append(_fixed(f"/output/channels/{index}/full_scale", str(now.full_scale), str(was.full_scale)))
+            faults.append(_fixed(f"{place}/full_scale", str(now.full_scale), str(was.full_scale)))
     return faults
 
 

@@ -54,6 +54,7 @@ def test_the_full_scale_is_written_into_the_scene(app: FastAPI) -> None:
         ({"finger": {"ridge_period": "0.4 mm"}}, "finger", {"ridge_period": 0.0004}),
         ({"output": {"bandwidth": 1000}}, "output", {"bandwidth": 1000.0, "sample_rate": 48000}),
         ({"output": {"quantity": "acceleration"}}, "output", {"sample_rate": 48000}),
+        ({"output": {"full_scale": FULL_SCALE, "bandwidth": 1000}}, "output", {"bandwidth": 1000.0}),
         ({}, "scan", {"speed": 0.08}),
     ],
     ids=str,
@@ -81,7 +82,8 @@ def test_a_merge_patch_by_its_own_media_type(app: FastAPI) -> None:
     [
         ({"output": {"sample_rate": 8000}}, "/output/sample_rate"),
         ({"output": {"channels": ["acceleration", "velocity"]}}, "/output/channels"),
-        ({"output": {"quantity": "velocity"}}, "/output/channels/0/quantity"),
+        ({"output": {"quantity": "velocity"}}, "/output/quantity"),
+        ({"output": {"full_scale": 1}}, "/output/full_scale"),
         ({"output": {"channels": [{"quantity": "acceleration", "full_scale": 1}]}}, "/output/channels/0/full_scale"),
     ],
     ids=str,

@@ -20,7 +20,7 @@ const HARMONICS = 12; // marked; more hide the spectrum
 export class LiveViews {
   /** The detection threshold, answer of `GET /v1/threshold`; null before it. */
   threshold = null;
-  #asked = 0;
+  #request = new AbortController(); // of the newest picture
   #thresholdName = null;
   #period = null; // m, of the texture on the pad
   #heardPeriod = null; // m, of the texture that is heard
@@ -41,21 +41,20 @@ export class LiveViews {
 
   /** Shows `scene`; returns false if a later scene has replaced it meanwhile. */
   async show(scene) {
-    this.#asked += 1;
-    const asked = this.#asked;
-    const overtaken = () => asked !== this.#asked;
-    const picture = await call("POST", "/v1/picture", { scene, points: POINTS, phases: PHASES, area: AREA }).catch(
-      (error) => {
-        if (!overtaken()) throw error;
-      },
-    );
-    if (overtaken()) return false;
+    this.#request.abort(); // the service ends the picture that nobody wants any more
+    this.#request = new AbortController();
+    const { signal } = this.#request;
+    const body = { scene, points: POINTS, phases: PHASES, area: AREA };
+    const picture = await call("POST", "/v1/picture", body, signal).catch((error) => {
+      if (!signal.aborted) throw error;
+    });
+    if (signal.aborted) return false;
     this.#period = picture.texture.period;
     this.surface.show({ ...picture.texture, contactLength: picture.finger.length });
     this.surface.zoom(this.pad.metresPerPixel);
     this.contact.show(picture);
     await this.#loadThreshold(scene.accuracy?.threshold ?? "fingertip");
-    return !overtaken();
+    return !signal.aborted;
   }
 
   /** Sets the scale of the pad, metres per CSS pixel. */

@@ -8,7 +8,7 @@ import { Form } from "../form/form.js";
 import { same } from "../scene/merge.js";
 import { START_SCENE } from "../scene/start_scene.js";
 import { SceneState } from "../scene/state.js";
-import { call } from "../service.js";
+import { call, isTemporary } from "../service.js";
 import { StaleParts } from "./stale_parts.js";
 import { Devices } from "./devices.js";
 import { wireHeader } from "./header.js";
@@ -24,6 +24,7 @@ import { TextureList } from "../textures/texture_list.js";
 import { SceneActions } from "./scene_actions.js";
 
 const REST = 250; // ms without a change before views and plan are requested; shorter loads the service
+const RETRY = 2000; // ms until a picture or plan that a service could not answer is requested again
 const SPACING = 60; // ms between changes of the streams; each is a cross-fade
 
 /** Loads schema and catalogue and starts the page. Throws a ServiceProblem if the service does not answer. */
@@ -59,6 +60,7 @@ export async function begin() {
       showWarnings(document.warnings ?? []);
     },
     onRefused: (detail) => {
+      if (isTemporary(detail.problem)) return setTimeout(() => plan.show(state.scene), RETRY);
       stale.set("plan", "refused");
       refused(form, detail);
     },
@@ -91,6 +93,7 @@ function makeTable({ scene, simulated }) {
 /** Passes changes of the scene on to the parts of the page, and marks those that are not updated yet. */
 function follow({ form, state, session, views, plan, recorder, stale }) {
   let [resting, sending, shown] = [0, 0, null];
+  let away = false; // the service did not answer the last request for a picture
   const markSound = () => {
     const unsent = session.player && !sameSound(state.scene, session.scene);
     stale.set("sound", unsent ? "pending" : session.soundStatus);
@@ -110,8 +113,16 @@ function follow({ form, state, session, views, plan, recorder, stale }) {
     shown = scene;
     plan.show(scene);
     try {
-      if ((await views.show(scene)) && same(scene, state.scene)) stale.set("picture", "current");
+      if (!(await views.show(scene))) return;
+      away = false;
+      if (same(scene, state.scene)) stale.set("picture", "current");
     } catch (error) {
+      if (isTemporary(error.problem)) {
+        if (!away) tell(error.message);
+        away = true;
+        if (shown === scene) resting = setTimeout(show, RETRY); // a newer scene is requested anyway
+        return;
+      }
       if (same(scene, state.scene)) stale.set("picture", "refused");
       refused(form, { problem: error.problem, sentence: error.message });
     }

@@ -25,7 +25,7 @@ export class AccuracyControl extends EventTarget {
   #call;
   #scene = null;
   #timer = 0;
-  #asked = 0;
+  #request = new AbortController(); // of the newest plan
   #radios = {};
 
   /** place: the element that contains the control. call(method, path, body): that of service.js. */
@@ -78,11 +78,13 @@ export class AccuracyControl extends EventTarget {
 
   /** Requests the plan and shows its cost; returns the plan, null if it was refused or a newer request followed. */
   async predict() {
-    const asked = ++this.#asked;
+    this.#request.abort(); // the service ends the plan that nobody wants any more
+    this.#request = new AbortController();
+    const { signal } = this.#request;
     const scene = this.#sceneNow();
     try {
-      const plan = await this.#call("POST", "/v1/explain", scene);
-      if (asked !== this.#asked) return null;
+      const plan = await this.#call("POST", "/v1/explain", scene, signal);
+      if (signal.aborted) return null;
       const errors = Object.entries(plan.estimated_error).map(([name, error]) => [
         `error, ${words(name)}`,
         shareInWords(error),
@@ -94,7 +96,7 @@ export class AccuracyControl extends EventTarget {
       this.dispatchEvent(new CustomEvent("plan", { detail: { scene, plan } }));
       return plan;
     } catch (error) {
-      if (asked === this.#asked) this.#refuse(error);
+      if (!signal.aborted) this.#refuse(error);
       return null;
     }
   }

@@ -141,6 +141,15 @@ def test_a_session_is_read_steered_and_ended(client: Client) -> None:
     assert gone.value.problem.kind == "not-found"
 
 
+@pytest.mark.parametrize("frames", [-5, 1.5, "480"])
+def test_a_read_of_no_whole_number_is_refused_and_loses_nothing(client: Client, frames: Any) -> None:
+    with client.open_session() as session, session.stream(duration=0.1) as stream:
+        stream.read(10)
+        with pytest.raises(InvalidRequest, match="whole number"):
+            stream.read(frames)
+        assert len(stream.read(FRAMES - 10)) == FRAMES - 10
+
+
 def test_a_finite_stream_ends_with_the_unread_frames(client: Client) -> None:
     with client.open_session({}) as session, session.stream(duration=0.05, format="l16") as stream:
         assert stream.read(2000).shape == (2000, 1)
@@ -224,9 +233,28 @@ def test_a_key_that_no_header_can_hold_is_refused_and_not_shown() -> None:
 )
 def test_an_answer_of_another_service_is_a_protocol_error(answer: httpx.Response) -> None:
     with answering(lambda _: answer) as client:
-        for call in (client.explain, client.render, client.textures):
+        for call in (client.explain, client.render, client.textures, client.open_session):
             with pytest.raises(ProtocolError):
                 call()
+
+
+def test_a_session_without_its_fields_is_a_protocol_error() -> None:
+    with answering(lambda _: httpx.Response(201, json={"hello": "world"})) as client:
+        with pytest.raises(ProtocolError):
+            client.open_session()
+        with pytest.raises(ProtocolError):
+            client.session("s")
+
+
+ADDRESSES = ("127.0.0.1:8000", "ws://127.0.0.1:8000", "http://h:x", "http://h:99999", "http://[h", "http://h h", "")
+
+
+@pytest.mark.parametrize("url", [*ADDRESSES, f"http://{64 * 'a'}.b", None, 5])
+def test_an_invalid_address_is_refused_at_once(url: Any) -> None:
+    for kind in (Client, AsyncClient):
+        with pytest.raises(InvalidRequest) as refused:
+            kind(url)
+        assert [fault.pointer for fault in refused.value.faults] == ["/base_url"]
 
 
 def test_an_error_without_a_problem_document_still_has_its_status() -> None:

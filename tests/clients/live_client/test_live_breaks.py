@@ -102,6 +102,43 @@ def test_a_new_session_continues_the_frame_numbers_and_reports_the_gap() -> None
     assert protocol.hello() == '{"type":"hello","resume":{"session":"s2","frame":160}}'
 
 
+def changes_of_a_new_session(protocol: LiveProtocol) -> list[object]:
+    """Lose the session, begin another, and return the changes that it is sent."""
+    protocol.receive(bytes(4))
+    protocol.lost(BROKEN)
+    protocol.hello()
+    protocol.receive(told("not-found", 404))
+    protocol.lost(Closure(1008, "policy"))
+    protocol.next_try()
+    protocol.hello()
+    protocol.receive(ready(session="s2", resume_url="/v1/live?session=s2"))
+    return [json.loads(message)["scene"] for message in sent(protocol)]
+
+
+def test_a_refused_change_does_not_replace_the_accepted_one_of_the_same_field() -> None:
+    protocol = opened(reconnect="new")
+    protocol.change({"scan": {"load": 0.1}})
+    sent(protocol)
+    protocol.receive('{"type":"scene","frame":0,"plan":{}}')
+    protocol.change({"scan": {"load": -1}})
+    sent(protocol)
+    protocol.receive(told("scene-refused", 422))
+    assert changes_of_a_new_session(protocol) == [{"scan": {"load": 0.1}}]
+
+
+def test_a_refusal_after_changes_that_were_answered_together_is_of_the_refused_field() -> None:
+    protocol = opened(reconnect="new")
+    for change in ({"scan": {"load": 0.1}}, {"texture": {"period": "1 mm"}}):
+        protocol.change(change)
+    sent(protocol)
+    protocol.receive('{"type":"scene","frame":0,"plan":{}}')  # the service applied both, and answered once
+    protocol.change({"finger": {"ridge_period": "-1 mm"}})
+    sent(protocol)
+    fault = {"pointer": "/finger/ridge_period", "value": "-1 mm", "allowed": "10 um to 10 mm", "hint": ""}
+    protocol.receive(json.dumps({**json.loads(told("scene-refused", 422)), "errors": [fault]}))
+    assert changes_of_a_new_session(protocol) == [{"scan": {"load": 0.1}}, {"texture": {"period": "1 mm"}}]
+
+
 def test_a_new_session_with_another_full_scale_is_an_error() -> None:
     protocol = opened(reconnect="new")
     protocol.lost(BROKEN)

@@ -57,6 +57,12 @@ def test_a_read_returns_exactly_the_requested_frames(place: Place) -> None:
         assert len(touch.full_scale) == len(touch.quantities) == touch.channels
 
 
+def test_frames_are_whole_numbers_of_any_type(place: Place) -> None:
+    frames: Any = np.int64(100)
+    with place.live(ahead=np.int64(5), block=np.int32(64)) as touch:
+        assert [len(touch.read(frames, timeout=10.0)) for _ in range(3)] == [100, 100, 100]
+
+
 def test_the_sound_follows_the_hand_from_the_next_read_on(place: Place) -> None:
     with place.live() as touch:
         assert touch.applied is None
@@ -335,10 +341,18 @@ def test_a_stream_is_used_inside_with() -> None:
     ("options", "pointer"),
     [
         ({"url": "http://127.0.0.1:8000/v1/live"}, "/url"),
+        ({"url": "ws://127.0.0.1:99999/v1/live"}, "/url"),
+        ({"url": "ws://127.0.0.1:port/v1/live"}, "/url"),
+        ({"url": "ws://[::1/v1/live"}, "/url"),
+        ({"url": f"ws://{64 * 'a'}.b/v1/live"}, "/url"),
+        ({"url": "ws://127.0.0.1:8000/v1/live#here"}, "/url"),
+        ({"url": 5}, "/url"),
+        ({"key": 5}, "/key"),
         ({"format": "wav"}, "/format"),
         ({"pacing": "fast"}, "/pacing"),
         ({"ahead": -1}, "/ahead"),
         ({"reconnect": "New"}, "/reconnect"),
+        ({"block": 480.0}, "/block"),
         ({"scene": "paper-finger"}, ""),
     ],
 )
@@ -346,6 +360,14 @@ def test_invalid_arguments_are_refused_at_once(options: dict[str, Any], pointer:
     with pytest.raises(InvalidRequest) as refused:
         Live(**options)
     assert [fault.pointer for fault in refused.value.faults] == [pointer]
+
+
+@pytest.mark.parametrize("partial", ["grating-1mm-31um", None, [1]])
+def test_a_change_that_is_no_mapping_is_refused_and_leaves_the_stream(partial: Any) -> None:
+    with Live(connect=ThreadNetwork(Service())) as touch:
+        with pytest.raises(InvalidRequest, match="a partial scene"):
+            touch.change(partial)
+        assert len(touch.read(10, timeout=10.0)) == 10
 
 
 def test_a_checked_scene_of_the_engine_is_a_scene() -> None:

@@ -128,6 +128,22 @@ def test_a_picture_that_is_not_yet_of_the_scene_is_grey_and_says_so(comb_page: P
     comb_page.wait_for_function("() => !document.querySelector('[data-stale]')")
 
 
+def test_a_picture_and_a_plan_that_nobody_wants_any_more_are_ended(comb_page: Page) -> None:
+    held: list[Route] = []
+    comb_page.wait_for_function(AGREED)
+    for path in ("picture", "explain"):
+        comb_page.route(f"**/v1/{path}", lambda route: held.append(route))
+    with comb_page.expect_request("**/v1/picture"), comb_page.expect_request("**/v1/explain"):
+        comb_page.select_option("#texture", "grating-500um-40um")
+    first = [route.request for route in held]
+    with comb_page.expect_event("requestfailed"), comb_page.expect_event("requestfailed"):
+        comb_page.select_option("#texture", "grating-1mm-31um")
+    assert all(request.failure is not None for request in first)
+    for route in held[len(first) :]:
+        route.continue_()
+    comb_page.wait_for_function(AGREED)
+
+
 @pytest.mark.parametrize("touching", [False, True], ids=["no finger down", "a finger down"])
 def test_the_message_ends_when_the_change_is_applied(
     comb_page: Page, service: Running, touching: bool, monkeypatch: pytest.MonkeyPatch

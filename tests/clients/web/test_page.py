@@ -182,6 +182,23 @@ def test_a_service_that_goes_away_is_told_and_found_again(kept_touch_page: Page,
         page.wait_for_function("() => document.getElementById('state').dataset.state === 'live'")
 
 
+def test_a_picture_that_a_service_could_not_answer_is_requested_again(kept_touch_page: Page, service: Running) -> None:
+    page = kept_touch_page
+    agreed = "() => document.getElementById('pad-note').hidden && !document.querySelector('[data-stale]')"
+    with Breaker(service.url) as breaker, visited(page, breaker.url + link_to({})) as watch:
+        watch.allow("ERR_")
+        loaded(page)
+        page.wait_for_function(agreed)
+        target, breaker.target = breaker.target, None
+        breaker.reset()
+        with page.expect_event("requestfailed", lambda request: request.url.endswith("/v1/picture")):
+            page.select_option("#texture", "grating-1mm-31um")
+        page.wait_for_function("() => document.getElementById('notice').textContent.includes('does not answer')")
+        assert page.locator("#pad-note").inner_text() == "Not updated yet: picture."
+        breaker.target = target
+        page.wait_for_function(agreed)
+
+
 def test_a_stroke_is_recorded_rendered_and_replayed(comb_page: Page, tmp_path: Path, ridgewave: RunsRidgewave) -> None:
     comb_page.click("#record")
     comb_page.wait_for_function("() => document.getElementById('record').textContent === 'Stop recording'")
