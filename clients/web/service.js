@@ -28,7 +28,7 @@ const TEMPORARY = [0, 429, 502, 503, 504]; // statuses; 0: no answer
 
 /** Returns whether the same request may succeed soon: no answer, or from a service that is busy or restarts. */
 export function isTemporary(problem) {
-  return TEMPORARY.includes(problem?.status);
+  return TEMPORARY.includes(problem?.status) && !problem.type?.endsWith("cannot-render");
 }
 
 let key = null;
