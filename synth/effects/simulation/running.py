@@ -141,7 +141,7 @@ class Running:
         if first != self._frame or self._state is None:
             self._begin(first)
         end = (first + frames + margin - 1) * steps + 1
-        values = self._stepped(*self._own_motion(self._next, end - self._next))
+        values = self._stepped_along(self._next, end - self._next)
         self._next = end
         self._frame = first + frames
         return self._filtered(values, frames)
@@ -163,9 +163,20 @@ class Running:
             self._start(int(phases[0]), float(loads[0]), self._turns(at))
         self._kept = np.empty((len(self._kinds), 0))
         if at + 1 < looks_at:
-            self._stepped(*self._own_motion(at + 1, looks_at - at - 1))
+            self._stepped_along(at + 1, looks_at - at - 1)
             self._kept = np.empty((len(self._kinds), 0))
         self._next = looks_at
+
+    def _stepped_along(self, first: int, count: int) -> Array:
+        """Run `count` steps from `first` on, see `_stepped`. A recording begins anew where the finger comes down."""
+        down = self._first_step
+        early = down + 1 - first
+        if self.simulation.scene.scan.trajectory is not None and 0 <= early < count:
+            self._kept = self._stepped(*self._own_motion(first, early)) if early else self._kept
+            phases, loads = self._own_motion(down, 1)
+            self._start(int(phases[0]), float(loads[0]), self._turns(down))
+            first, count = first + early, count - early
+        return self._stepped(*self._own_motion(first, count))
 
     @property
     def _first_step(self) -> int:
