@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import threading
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -133,15 +134,24 @@ def test_a_picture_and_a_plan_that_nobody_wants_any_more_are_ended(comb_page: Pa
     comb_page.wait_for_function(AGREED)
     for path in ("picture", "explain"):
         comb_page.route(f"**/v1/{path}", lambda route: held.append(route))
-    with comb_page.expect_request("**/v1/picture"), comb_page.expect_request("**/v1/explain"):
-        comb_page.select_option("#texture", "grating-500um-40um")
-    first = [route.request for route in held]
-    with comb_page.expect_event("requestfailed"), comb_page.expect_event("requestfailed"):
-        comb_page.select_option("#texture", "grating-1mm-31um")
-    assert all(request.failure is not None for request in first)
-    for route in held[len(first) :]:
+    comb_page.select_option("#texture", "grating-500um-40um")
+    wait_until(comb_page, lambda: len(held) == 2)
+    comb_page.select_option("#texture", "grating-1mm-31um")
+    wait_until(comb_page, lambda: all(route.request.failure is not None for route in held[:2]))
+    wait_until(comb_page, lambda: len(held) == 4)
+    for route in held[2:]:
         route.continue_()
     comb_page.wait_for_function(AGREED)
+    comb_page.unroute_all()
+
+
+def wait_until(page: Page, condition: Callable[[], bool]) -> None:
+    """Wait until `condition` holds, 20 s at most."""
+    for _ in range(2000):
+        if condition():
+            return
+        page.wait_for_timeout(10)
+    pytest.fail("It never held.")
 
 
 @pytest.mark.parametrize("touching", [False, True], ids=["no finger down", "a finger down"])
