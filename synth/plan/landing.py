@@ -4,10 +4,11 @@ Stage   2, used by `preparation`, after `frame_solver` has planned a recording w
 Model   Where the load begins or ends, z changes within a fraction of a millisecond. The place where the load changes
         most within RISE is solved with the planned number of solutions and with twice as many. The change is the folded
         error. While it exceeds its share of the tolerance, there are more solutions, within the limits on work and
-        memory of `frame_solver`. What remains is part of the errors. Numbers that take more than LONGEST are not solved
-        here: the error is then extrapolated.
-Source  design, section 4. In 36 recordings (three fingers, landings of 2 to 30 ms) the error was 0.8 to 1.2 times the
-        change.
+        memory of `frame_solver`, and up to MOST_FINER times as many. What remains is part of the errors. Numbers that
+        take more than LONGEST are not solved here: the error is then extrapolated. A steady motion below 1 nm counts as
+        1 nm.
+Source  design, section 4. In some 40 recordings (three fingers, landings of 2 to 30 ms) the error was 0.8 to 1.2 times
+        the change.
 Limits  Only the quickest place is solved, and not at the tightest tolerances, where MANY solutions take longer than
         LONGEST.
 """
@@ -23,7 +24,7 @@ from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.motion.motion import LOAD
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
-from synth.plan.channels import SteadyScan, extent_and_peak
+from synth.plan.channels import SMALLEST_MOTION, SteadyScan, extent_and_peak
 from synth.plan.frame_solver import (
     FALL,
     FOLDED,
@@ -44,6 +45,7 @@ from synth.scene.scene import Scene
 RISE = 1e-3  # s
 LONGEST = 10.0  # s of predicted work; over an area a third of it or less is spent at 0.3 N
 MANY = 16  # solutions per stride: with more, the constants of `frame_solver` hold
+MOST_FINER = 16  # times the planned number: no render takes longer than this; 2 ms landings of a fingertip need 15
 ROUNDS = 6  # most increases of the number of solutions
 SURE_FALL = 2.0  # power with which the error falls at least; FALL is reached with many solutions only
 OVER_CHANGE = 1.25  # error over the change by twice as many solutions
@@ -60,9 +62,12 @@ def at_landings(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mea
     extents = np.array([extent_and_peak(steady.series(order))[0] for order in steady.orders])
     if place is None or not extents.all():
         return plan
+    turns = 2.0 * math.pi * abs(steady.turns)
+    extents = np.maximum(extents, [SMALLEST_MOTION * turns**order for order in steady.orders])
     motion, solution = ScanMotion(scene), 1e-9 * (solution_nanoseconds(contact) + FRAME_SETUP)
     strides = 4.0 * MARGIN / (plan.scale * plan.stride)  # of a chunk with its margins
     most = min(MOST_TOGETHER / strides, plan.count * PATIENCE / (plan.work * (motion.duration - motion.start)))
+    most = min(most, MOST_FINER * plan.count)
     looked = LONGEST / (3.0 * strides * solution)  # the place is solved at this number and at twice as many
     if plan.count > looked >= MANY:
         return plan

@@ -95,6 +95,7 @@ def cells_along_line(asked: Request, contact: Any, cache: ResponseCache) -> Arra
     load = max(scene.scan.load, scene.scan.lift_load)
 
     def found() -> CellErrors:
+        """Return the change between two sizes of the cells, as the error that it leaves."""
         from synth.contact.area_path import doubled
 
         smaller, phases = contact.halved(), points_for(highest)
