@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import resource
 import struct
 import time
 import tracemalloc
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
 from pathlib import Path
 
@@ -22,12 +24,13 @@ SECONDS = 10.0
 OPTIONS = read_options({"unit": "um"})  # and no distance between points
 
 
-def test_two_hundred_bad_files_get_a_clear_fault_and_little_memory(tmp_path: Path) -> None:
-    count = 0
+def _import_bad_files(folder: Path) -> list[tuple[str, int, int, float]]:
+    """Import each bad file; return its name, peak memory and growth of the process in bytes, and seconds."""
+    found = []
     with suppress(ImportError):  # before memory is measured
         import SurfaceTopography.IO  # noqa: F401
     for name, content in bad_files():
-        path = tmp_path / name
+        path = folder / name
         path.write_bytes(content)
         del content
         began = time.perf_counter()
@@ -37,21 +40,29 @@ def test_two_hundred_bad_files_get_a_clear_fault_and_little_memory(tmp_path: Pat
             import_surface(path, OPTIONS)
         except InvalidRequest as error:
             fault = error.faults[0]
-            assert fault.value and fault.allowed and fault.hint and str(tmp_path) not in str(error), name
+            assert fault.value and fault.allowed and fault.hint and str(folder) not in str(error), name
         except CannotRender as error:  # the extra `surfaces` is not installed
-            assert "pip install" in error.reason
+            assert "pip install" in error.reason, name
         else:
-            pytest.fail(f"{name} was imported")
+            raise AssertionError(f"{name} was imported")
         finally:
             peak = tracemalloc.get_traced_memory()[1]
             tracemalloc.stop()
         grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024
-        assert peak < MEMORY, f"{name}: {peak} bytes"
-        assert grown < 8 * MEMORY, f"{name}: {grown} bytes"  # the first file also loads the package
-        assert time.perf_counter() - began < SECONDS, name
+        found.append((name, peak, grown, time.perf_counter() - began))
         path.unlink()
-        count += 1
-    assert count == 200
+    return found
+
+
+def test_two_hundred_bad_files_get_a_clear_fault_and_little_memory(tmp_path: Path) -> None:
+    # A process of its own: threads of other tests would count as memory of an import.
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        found = pool.submit(_import_bad_files, tmp_path).result()
+    for name, peak, grown, took in found:
+        assert peak < MEMORY, f"{name}: {peak} bytes"
+        assert grown < MEMORY, f"{name}: {grown} bytes"
+        assert took < SECONDS, name
+    assert len(found) == 200
 
 
 @pytest.mark.parametrize("header", [b"{'descr\0", b"{'descr", b"(" * 90, b"-" * 9000 + b"1"])
