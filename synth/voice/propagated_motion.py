@@ -214,25 +214,26 @@ def _steady(
 
 
 def _filter_error(solved: Preparation, order: int, way: SkinWave, made: SkinFilter) -> float:
-    """Return the largest error by the filter at speeds up to that of the scan, relative to its peak-to-peak there.
+    """Return the largest error by the filter at speeds up to that of the scan.
 
-    Harmonics fade out above the band.
+    The error at a speed is relative to the peak-to-peak at that speed or at the scan's, whichever is larger: at the
+    scan's own speed the harmonics in the band may cancel. Harmonics fade out above the band.
     """
     assert solved.spectrum is not None
-    rate, band, missed = solved.scene.output.sample_rate, solved.scene.output.band_limit, 0.0
+    rate, band = solved.scene.output.sample_rate, solved.scene.output.band_limit
     series = solved.spectrum.harmonics
     count, points = np.arange(len(series), dtype=np.float64), 2 * points_for(len(series) - 1)
-    for speed in SPEEDS:
+    missed, extents = np.zeros((2, len(SPEEDS)))
+    for index, speed in enumerate(SPEEDS):
         hertz = count * (speed * solved.turns)
         heard = np.clip((FADED - np.abs(hertz) / band) / (FADED - 1.0), 0.0, 1.0)
-        moved = series * heard * (2j * math.pi * hertz) ** order * (made.gain(hertz / rate) - way.gain(hertz))
+        moved = series * heard * (2j * math.pi * hertz) ** order
         moved[0] = 0.0
-        missed = max(missed, float(np.max(np.abs(curves(moved, 0, points)))))
-    hertz = count * solved.turns
-    steady = series * (count <= solved.highest) * (2j * math.pi * hertz) ** order * way.gain(hertz)
-    steady[0] = 0.0
-    extent = float(np.ptp(curves(steady, 0, points)))
-    return missed / extent if extent > 0.0 else 0.0
+        exact = way.gain(hertz)
+        missed[index] = np.max(np.abs(curves(moved * (made.gain(hertz / rate) - exact), 0, points)))
+        extents[index] = np.ptp(curves(moved * exact, 0, points))
+    extents = np.maximum(extents, extents[-1])
+    return float(np.max(missed / np.where(extents > 0.0, extents, np.inf)))
 
 
 def _ratio(before: Array, after: Array) -> float:

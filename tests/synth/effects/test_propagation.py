@@ -118,6 +118,18 @@ def test_a_stroke_is_that_of_fouriers_transform(place: str) -> None:
     assert np.max(missed[:arrived]) <= 5e-3 * extent, "the step with which a stroke begins is above the band"
 
 
+def test_a_stroke_whose_only_harmonic_cancels_tells_the_error_of_its_turns() -> None:
+    stroke = {"speed": "100 mm/s", "length": "30 mm", "load": "0.3 N"}  # 25 ridges of 0.4 mm: no line at 250 Hz
+    output = {"quantity": "displacement", "bandwidth": "300 Hz"}
+    cancels = scene({"place": "wrist"}, scan={"stroke": stroke}, texture={"period": "0.4 mm"}, output=output)
+    voice = open_voice(cancels, cache=CACHE)
+    values, told = physical(voice, RATE), voice.plan.estimated_error["propagated_displacement"]
+    wanted = Way(170e-3, 5e-3).travelled(values[:, 0], RATE)[:-400]
+    arrived = round((170e-3 / 7.0 + 0.01) * RATE)  # a displacement does not begin at 0, as the transform's does
+    missed = np.max(np.abs(values[:-400, 1] - wanted)[arrived:]) / np.ptp(wanted)
+    assert missed <= told <= 2e-3
+
+
 def test_a_hand_that_lands_is_that_of_fouriers_transform() -> None:
     voice = open_voice(scene(finger=SHORT, output={"quantity": "velocity"}), cache=CACHE, live=True)
     turns = np.pi * np.minimum(np.arange(RATE // 2) / 800, 1.0)
