@@ -224,3 +224,26 @@ def test_a_link_to_a_name_shows_the_surface_in_menu_and_form(page: Page, service
     assert page.evaluate(shown, "field-texture-surface") == scene["texture"]["surface"]
     page.wait_for_function("() => document.querySelector('#plan li') !== null")
     assert page.locator("#form .fault:visible").count() == 0
+
+
+def test_a_sinusoid_can_be_chosen_after_an_imported_texture_and_each_choice_is_undone(
+    page: Page, service: Running
+) -> None:
+    """After an import the field `surface` stayed, which a sinusoid does not have: the scene was refused."""
+    imported(service, "cloth", "5 um")
+    page.reload()
+    loaded(page)
+    page.select_option("#texture", "cloth")
+    cloth = page.evaluate(SCENE)
+    page.select_option("#texture", "sinusoid")
+    assert page.evaluate(SCENE) == {} and page.input_value("#texture") == "sinusoid"
+    for button, scene, name in (("undo", cloth, "cloth"), ("redo", {}, "sinusoid"), ("undo", cloth, "cloth")):
+        page.click(f"#{button}")
+        assert (page.evaluate(SCENE), page.input_value("#texture")) == (scene, name)
+    page.click("#texture-sources summary")
+    page.once("dialog", lambda dialog: dialog.accept())
+    page.click("#own-delete")
+    told(page, "cloth is deleted")
+    page.click("#undo")
+    assert (page.evaluate(SCENE), page.input_value("#texture")) == (cloth, "")
+    assert "not in the menu" in page.inner_text("#texture-about")
