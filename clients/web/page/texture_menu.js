@@ -57,7 +57,8 @@ const titleOf = ({ name, title, stored }) => (stored ? name : title.split(":")[0
 /** Returns {title, sentence} of a texture that is no entry of the list. surface: the address of a measured one. */
 function unlisted(kind, surface) {
   if (kind === SINUSOID) return { title: "", sentence: "A sinusoid. Set its period and height under Scene, Texture." };
-  if (surface) return { title: "A surface that is not listed", sentence: "A measured surface that is not in the menu." };
+  if (surface)
+    return { title: "A surface that is not listed", sentence: "A measured surface that is not in the menu." };
   const title = kind.charAt(0).toUpperCase() + kind.slice(1);
   return { title, sentence: `A texture of the kind “${kind}”. Set its fields under Scene, Texture.` };
 }
