@@ -12,7 +12,10 @@ const SINUSOID = "sinusoid";
 export function wireTextureMenu({ state, textures, tell }) {
   const menu = byId("texture");
   const other = make("option", { value: "", hidden: true });
-  const onDeleted = () => state.write(["texture"], undefined);
+  const onDeleted = () => {
+    state.write(["texture"], undefined);
+    menu.focus(); // the button that deleted is gone
+  };
   const about = new TextureDescription(menu, byId("texture-about"), { textures, onDeleted, tell });
   const fill = () => {
     const groups = Map.groupBy(textures.entries, ({ group }) => group);
@@ -119,7 +122,10 @@ class TextureDescription {
     } catch ({ message }) {
       shown = message;
     }
-    if (entry === this.#entry) this.#numbers.replaceChildren(shown);
+    if (entry !== this.#entry) return;
+    const focused = this.#numbers.contains(document.activeElement); // after a rename
+    this.#numbers.replaceChildren(shown);
+    if (focused) this.#numbers.querySelector("input")?.focus();
   }
 
   async #ownOf(entry) {

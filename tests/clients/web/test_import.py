@@ -29,6 +29,7 @@ SCAN: FilePayload = {
 REFUSED = "status of (409|422)"  # what Chromium logs of a fault
 KEEP = "dialog button.primary"
 SCENE = "() => ridgewave.state.scene"
+FOCUS = "() => document.activeElement.id"
 DROP = """({name, text}) => {
   const dataTransfer = new DataTransfer();
   dataTransfer.items.add(new File([text], name));
@@ -119,6 +120,7 @@ def test_a_chosen_file_is_measured_kept_under_a_name_that_no_other_has_and_playe
     page.click(KEEP)
     page.wait_for_selector("#import-name[aria-invalid=true]")
     assert "exists already" in faults(page)["name"]
+    assert page.evaluate(FOCUS) == "import-name"
     measured(page, name="my-turned-metal")
     page.click(KEEP)
     told(page, "my-turned-metal is kept")
@@ -202,6 +204,7 @@ def test_a_texture_is_renamed_and_deleted_where_it_is_described(page: Page, serv
     told(page, "cloth is now called silk")
     assert (yours(page), page.input_value("#texture")) == (["silk", "wool"], "silk")
     assert page.evaluate(SCENE) == scene and page.is_visible("#own-delete")
+    page.wait_for_function("() => document.activeElement.id === 'own-name'")
     page.once("dialog", lambda dialog: dialog.dismiss())
     page.click("#own-delete")
     assert {entry["name"] for entry in stored(service)} == {"silk", "wool"}
@@ -209,6 +212,7 @@ def test_a_texture_is_renamed_and_deleted_where_it_is_described(page: Page, serv
     page.click("#own-delete")
     told(page, "silk is deleted")
     assert (yours(page), page.input_value("#texture"), page.evaluate(SCENE)) == (["wool"], "sinusoid", {})
+    assert page.evaluate(FOCUS) == "texture"
     assert page.is_hidden("#texture-sources")
 
 
