@@ -20,20 +20,24 @@ export class SceneActions {
     this.#on("fold", () => this.#fold());
     byId("open-scene").addEventListener("change", () => this.#read());
     document.addEventListener("keydown", (event) => this.#key(event));
-    addEventListener("hashchange", () => this.follow());
+    addEventListener("hashchange", () => this.#follow());
   }
 
-  /** Reads the scene from the address of the page; returns whether there is one. */
-  follow() {
+  /** Returns the scene in the address of the page; null if there is none that can be read. */
+  linked() {
     try {
       const scene = sceneIn(location.hash);
-      if (scene) this.state.take(this.textures.withAddress(scene));
-      return Boolean(scene);
+      return scene && this.textures.withAddress(scene);
     } catch (error) {
       if (!(error instanceof BrokenLink)) throw error;
       this.tell(error.message);
-      return false;
+      return null;
     }
+  }
+
+  #follow() {
+    const scene = this.linked();
+    if (scene) this.state.take(scene);
   }
 
   #on(id, action) {
