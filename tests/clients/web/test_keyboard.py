@@ -1,4 +1,4 @@
-"""The page with a keyboard alone: the focus is seen, is not lost, and the address of the page stays a link to the scene."""
+"""The page with a keyboard: the focus is seen and not lost, and the address of the page stays a link to the scene."""
 
 from __future__ import annotations
 
