@@ -72,7 +72,7 @@ export class SceneActions {
 
   #key(event) {
     if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "z" || event.altKey) return;
-    if (event.target.closest?.("input:not([type=range]):not([type=checkbox]), textarea")) return; // undo of the text
+    if (event.target.closest?.("input[type=text], input[type=password], textarea")) return; // undo of the text
     event.preventDefault();
     byId(event.shiftKey ? "redo" : "undo").click();
   }

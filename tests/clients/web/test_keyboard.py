@@ -81,6 +81,27 @@ def test_a_button_whose_work_takes_a_while_keeps_the_focus(
     assert (comb_page.evaluate(FOCUS), comb_page.inner_text(f"#{button}")) == (button, after)
 
 
+def test_ctrl_z_undoes_wherever_no_text_is_written(comb_page: Page) -> None:
+    """On a choice of the accuracy, and on the file that was imported, it did nothing."""
+    for focus in ("#accuracy input[type=radio]:checked", "#import", "#open-scene", "#load", "#texture", "#undo"):
+        comb_page.evaluate("() => ridgewave.state.write(['texture', 'period'], '1 mm')")
+        comb_page.focus(focus)
+        comb_page.keyboard.press("Control+z")
+        assert comb_page.evaluate("() => ridgewave.state.scene") == {}, focus
+
+
+def test_a_removed_item_of_a_list_passes_the_focus_on(comb_page: Page) -> None:
+    amplitudes = ["1 um", "2 um", "3 um"]
+    comb_page.evaluate("(amplitudes) => ridgewave.state.take({texture: {kind: 'harmonics', amplitudes}})", amplitudes)
+    comb_page.evaluate("() => { document.querySelector('#section-texture').open = true; }")
+    focused = "() => document.activeElement.getAttribute('aria-label') ?? document.activeElement.textContent"
+    comb_page.locator("#section-texture .drop").last.focus()
+    for name in ("Remove Amplitudes, 2", "Add"):
+        comb_page.keyboard.press("Enter")
+        assert comb_page.evaluate(focused) == name
+    assert comb_page.evaluate("() => ridgewave.state.scene.texture.amplitudes") == ["1 um"]
+
+
 def test_an_arrow_puts_the_finger_down_again_unless_space_lifted_it(comb_page: Page) -> None:
     keyboard = comb_page.keyboard
     comb_page.focus("#pad")
