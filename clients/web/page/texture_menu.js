@@ -62,8 +62,9 @@ function unlisted(kind, surface) {
   if (kind === SINUSOID) return { title: "", sentence: "A sinusoid. Set its period and height under Scene, Texture." };
   if (surface)
     return { title: "A surface that is not listed", sentence: "A measured surface that is not in the menu." };
-  const title = kind.charAt(0).toUpperCase() + kind.slice(1);
-  return { title, sentence: `A texture of the kind “${kind}”. Set its fields under Scene, Texture.` };
+  const name = String(kind); // a link may hold anything
+  const title = name.charAt(0).toUpperCase() + name.slice(1);
+  return { title, sentence: `A texture of the kind “${name}”. Set its fields under Scene, Texture.` };
 }
 
 function optionGroup([label, entries]) {

@@ -47,6 +47,7 @@ def test_a_texture_that_is_not_in_the_menu_is_shown_by_its_kind_and_a_sinusoid_c
         ({"kind": "rough"}, "Rough", "kind \u201crough\u201d"),
         ({"kind": "sinusoid", "period": "1 mm"}, "Sinusoid", "A sinusoid"),
         (None, "Sinusoid", "A sinusoid"),
+        ({"kind": None}, "Sinusoid", "A sinusoid"),
         ({"kind": "grating", "duty": 0.3}, "Grating", "kind \u201cgrating\u201d"),
     ):
         still_page.evaluate("(texture) => ridgewave.state.take({texture})", texture)
