@@ -30,6 +30,18 @@ def test_the_chosen_way_has_the_figures_of_the_page() -> None:
         assert measured == pytest.approx(shown, rel=0.02, abs=0.11)
 
 
+def test_another_way_has_the_figures_of_the_page() -> None:
+    """These ways called kernels that Python cannot call: the command of the page ended with a segmentation fault."""
+    pytest.importorskip("matplotlib", reason="figures need the extra `plots`: pip install '.[plots]'")
+    from docs.figures.following import row
+    from docs.figures.following_measures import WAYS, Network, figures
+
+    name = "line 20 ms late"
+    found = row(name, figures(WAYS[name], Network(125)))
+    (shown,) = numbers(name)
+    assert [float(cell) for cell in found.strip("|").split("|")[1:]] == pytest.approx(shown, rel=0.02, abs=0.11)
+
+
 def test_every_trouble_way_and_rate_has_its_line() -> None:
     pytest.importorskip("matplotlib", reason="figures need the extra `plots`: pip install '.[plots]'")
     from docs.figures.following import DECAYS, RATES

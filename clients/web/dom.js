@@ -1,4 +1,4 @@
-/* Elements: making them and finding them. */
+/* Elements: making them, finding them, and buttons whose work takes a while. */
 
 /**
  * Returns a new element.
@@ -17,6 +17,18 @@ export function make(tag, attributes = {}, ...children) {
   }
   element.append(...children.filter((child) => child !== null && child !== ""));
   return element;
+}
+
+/** Disables `button` while `work` runs, and returns to it the focus that it lost with that; returns the result of `work`. */
+export async function whileDisabled(button, work) {
+  const focused = document.activeElement === button;
+  button.disabled = true;
+  try {
+    return await work();
+  } finally {
+    button.disabled = false;
+    if (focused && document.activeElement === document.body) button.focus();
+  }
 }
 
 /** Returns the element with `id`. */

@@ -22,6 +22,8 @@ const LONGEST_STEP = 0.1; // s, so that strokes do not jump after a pause of the
 const ASLEEP = "The browser keeps this page silent until you click, press a key or lift your finger.";
 const READOUT = 0.2; // s between updates of the readout
 
+const LOST = "The connection is lost. This page tries again.";
+
 const part = (id) => document.getElementById(id);
 const say = (text) => (part("status").textContent = text);
 const shown = { player: null, fingers: new Set(), session: null, tips: [], touches: [], fingertips: null, room: null };
@@ -58,13 +60,24 @@ function tellAwake() {
   else if (part("status").textContent === ASLEEP) say("");
 }
 
-/** Returns an open Finger for a scene, null before the sound has begun. */
-async function openFinger(scene) {
+/** Returns an open Finger for a scene, null before the sound has begun. signal: an AbortSignal that ends the opening. */
+async function openFinger(scene, signal) {
   const player = await sound;
-  if (!player || muted) return null;
+  if (!player || muted || signal?.aborted) return null;
   const finger = new Finger({ player, scene });
   shown.fingers.add(finger);
-  finger.addEventListener("ended", () => shown.fingers.delete(finger));
+  signal?.addEventListener("abort", () => finger.close());
+  finger.addEventListener("problem", ({ detail: { problem } }) => say(problem.detail ?? problem.title));
+  finger.addEventListener("broken", () => part("status").textContent || say(LOST));
+  for (const kind of ["ready", "resumed"])
+    finger.addEventListener(kind, () => {
+      say("");
+      tellAwake();
+    });
+  finger.addEventListener("ended", () => {
+    shown.fingers.delete(finger);
+    if (!shown.fingers.size && part("status").textContent === LOST) say("");
+  });
   await finger.open();
   return finger;
 }

@@ -14,11 +14,14 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numba import njit
 
 from docs.figures.look import Real
+from synth.kernels import Decorator
+from synth.motion import update_timing
 from synth.motion.motion import LOAD, SPEED, SPEED_RATE, Update
 from synth.motion.update_smoothing import DELAY, QUICKEST, SLOWEST, TIGHTNESS, Follower
-from synth.motion.update_timing import INTERVAL, late_by, new_track, slope_with
+from synth.motion.update_timing import INTERVAL, new_track
 
 RATE, BLOCK = 48000, 480  # frames a second; 10 ms, the service's own
 PERIOD = 0.8e-3  # m: texture of the default scene
@@ -47,6 +50,24 @@ class Network:
 def clean(hz: float) -> Network:
     """Return a network without faults; updates still land on blocks."""
     return Network(hz, 0.0, 0.0, 0.0, 0.0)
+
+
+# -- parts of the method that other ways use: Python cannot call those of `update_timing`
+
+for_python: Decorator = njit
+_late_by, _slope_with = update_timing.late_by, update_timing.slope_with
+
+
+@for_python
+def late_by(track: Real, now: float, time: float, silent: bool) -> float:
+    """See `synth.motion.update_timing`."""
+    return float(_late_by(track, now, time, silent))
+
+
+@for_python
+def slope_with(track: Real, time: float, position: float) -> float:
+    """See `synth.motion.update_timing`."""
+    return float(_slope_with(track, time, position))
 
 
 # -- hands

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from clients.http_client.sync_client import Client, Session
+from clients.live_client.live_interface import LiveOptions
 from tests.clients.live_client.live_services import LIVE_SERVICES, serving_live
 from tests.readme_blocks import CodeBlock, code_blocks
 from tests.service.harness import Running, serving
@@ -17,7 +19,9 @@ from tests.service.plain_engine import PlainEngine
 from tests.test_readme import LIVE, PAGES, ROOT, WITH_A_SERVICE
 
 HTTP_ADDRESS, LIVE_ADDRESS = "http://127.0.0.1:8000", "ws://127.0.0.1:8000/v1/live"
-ARGUMENTS = {"scene", "url", "key", "block", "pacing", "format", "record", "ahead", "reconnect", "connect"}
+ARGUMENTS = {"scene", *LiveOptions.__annotations__, "connect", "client"}
+OWN = {"carry", "carry_open", "close"}
+"""What `Client` offers to the other classes of the client, and what `with` calls."""
 
 
 def examples() -> list[object]:
@@ -59,3 +63,9 @@ def test_the_page_has_every_exception_and_argument() -> None:
     raised = {name for name in clients.__all__ if name.endswith(("Error", "Lost", "Ended"))} - {"ProblemError"}
     assert all(f"`{name}`" in page for name in raised | {"InvalidRequest"})
     assert all(f"`{name}`" in page for name in ARGUMENTS)
+
+
+def test_the_page_has_every_call() -> None:
+    page = (ROOT / "docs" / "client.md").read_text("utf-8")
+    calls = {name for kind in (Client, Session) for name in vars(kind) if not name.startswith("_")} - OWN
+    assert [name for name in sorted(calls) if f"{name}(" not in page] == []

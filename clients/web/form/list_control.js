@@ -75,7 +75,11 @@ export class ListControl {
       type: "button",
       text: "Remove",
       "aria-label": `Remove ${field.label}`,
-      click: () => this.#write(this.value.filter((_, other) => other !== index)),
+      click: () => {
+        this.#write(this.value.filter((_, other) => other !== index));
+        const next = this.#items[Math.min(index, this.#items.length - 1)]?.drop; // the button with the focus may be gone
+        (next && !next.disabled ? next : this.more).focus();
+      },
     });
     const row = make("div.row", {}, control.element, drop);
     this.rows.append(row);

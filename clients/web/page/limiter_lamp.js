@@ -4,7 +4,7 @@ Model: the service reports the gain reduction at most once per second. The lamp 
 stays until there are new streams or a new scene. A full scale is fixed for a stream, so "Rescale" opens new streams for
 the same hands. If the scene names a full scale, "Rescale" removes it, so that the automatic one applies. */
 
-import { byId } from "../dom.js";
+import { byId, whileDisabled } from "../dom.js";
 import { withField } from "../scene/merge.js";
 import { showQuantity } from "../scene/units.js";
 import { quantityOf } from "../scene/quantities.js";
@@ -24,21 +24,15 @@ export function wireLimiter({ session, state, tell, onRescaled }) {
     clearTimeout(dark);
     dark = setTimeout(() => lamp.removeAttribute("data-lit"), LIT);
   });
-  button.addEventListener("click", async () => {
-    button.disabled = true;
-    try {
-      const automatic = withoutScale(state.scene);
-      if (automatic) return state.take(automatic);
-      const scaled = await session.rescale();
-      if (!scaled) return;
-      onRescaled();
-      tell(`The full scale is now ${asText(scaled)}, in a new stream. The volume is unchanged.`);
-    } catch (error) {
-      tell(error.message);
-    } finally {
-      button.disabled = false;
-    }
-  });
+  const rescale = async () => {
+    const automatic = withoutScale(state.scene);
+    if (automatic) return state.take(automatic);
+    const scaled = await session.rescale();
+    if (!scaled) return;
+    onRescaled();
+    tell(`The full scale is now ${asText(scaled)}, in a new stream. The volume is unchanged.`);
+  };
+  button.addEventListener("click", () => whileDisabled(button, rescale).catch((error) => tell(error.message)));
 }
 
 const asText = ({ full_scale: value, quantity }) => showQuantity(value, quantityOf(quantity).unit, 3);

@@ -80,7 +80,7 @@ export async function begin() {
     state,
     session,
   };
-  if (!actions.follow()) state.take(START_SCENE);
+  state.begin(actions.linked() ?? START_SCENE);
 }
 
 /** Requests the table that the first touch reads, so that it is ready if the user does not touch at once. A scene with

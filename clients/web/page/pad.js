@@ -3,6 +3,7 @@
 Model: the left edge of the pad is position 0. The middle of the pad is y = 0, and y rises upwards. A CSS pixel is 1/96
 inch, divided by the magnification. The load of a pen is load * 2 * pressure, so that half of its pressure is the load
 of the slider.
+A finger that was lifted with space stays up until space, a finger that was lifted otherwise until an arrow.
 Limits: browsers do not know the real size of a pixel, so "true to size" is approximate. */
 
 import { followPointers } from "../hand/pointers.js";
@@ -22,7 +23,7 @@ const AUTOMATIC = "automatic";
 export class Pad {
   touches = new Map();
   #scale = PIXEL;
-  #keys = { down: false, position: null, direction: 0, timer: 0, time: 0 };
+  #keys = { down: false, up: false, position: null, direction: 0, timer: 0, time: 0 }; // up: lifted with space
 
   /** session: the TouchSession. state: the SceneState. onTouch(): called when touches change. onScale(metresPerPixel):
    *  called when the magnification changes. tell(sentence). */
@@ -57,6 +58,10 @@ export class Pad {
     this.element.addEventListener("keydown", (event) => this.#key(event));
     this.element.addEventListener("keyup", (event) => event.key.startsWith("Arrow") && this.#halt());
     this.element.addEventListener("blur", () => this.#liftKeys());
+    document.querySelector(".skip").addEventListener("click", (event) => {
+      event.preventDefault(); // the address of the page holds the scene
+      this.element.focus();
+    });
     session.addEventListener("ready", () => this.#resend());
     this.element.addEventListener("wheel", (event) => event.ctrlKey || event.stopPropagation(), {
       capture: true,
@@ -141,7 +146,7 @@ export class Pad {
   #key(event) {
     const direction = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[event.key];
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    if (direction) this.#startMoving(direction);
+    if (direction) this.#startMoving(direction, event.repeat);
     else if (event.key === " ") this.#toggle();
     else if (["+", "="].includes(event.key)) this.#scaleLoad(LOAD_FACTOR);
     else if (event.key === "-") this.#scaleLoad(1 / LOAD_FACTOR);
@@ -155,9 +160,9 @@ export class Pad {
     this.load.write(Number(Math.min(MOST_LOAD, load).toPrecision(3)));
   }
 
-  #startMoving(direction) {
+  #startMoving(direction, repeated) {
     const keys = this.#keys;
-    if (keys.position === null) this.#toggle();
+    if (!keys.down && !keys.up && !repeated) this.#toggle();
     keys.direction = direction;
     if (keys.timer) return;
     keys.time = performance.now() / 1e3;
@@ -182,6 +187,7 @@ export class Pad {
 
   async #toggle() {
     const keys = this.#keys;
+    keys.up = keys.down;
     if (keys.down) return this.#liftKeys("Finger lifted.");
     keys.position ??= this.length / 2;
     keys.down = true;

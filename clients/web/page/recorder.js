@@ -4,7 +4,7 @@ Model: a recording is a separate stream with one finger. The service stores ever
 (docs/live.md, "Recordings"). Replay sends the recorded contact updates to a new stream of the recorded scene.
 Limits: replay is exact to a block of 10 ms, because of the timers of browsers. `ridgewave render` is exact. */
 
-import { byId } from "../dom.js";
+import { byId, whileDisabled } from "../dom.js";
 import { recordingOf } from "../service.js";
 import { saveText } from "./download.js";
 
@@ -21,13 +21,14 @@ export class Recorder {
    *  the scene of the page. */
   constructor({ session, pad, tell, show }) {
     Object.assign(this, { session, pad, tell, show });
-    byId("record").addEventListener("click", () => this.#guarded(this.#session ? this.#finish() : this.#begin()));
+    byId("record").addEventListener("click", () =>
+      this.#guarded(this.#session ? this.#finish() : whileDisabled(byId("record"), () => this.#begin())),
+    );
     byId("replay").addEventListener("click", () => this.#guarded(this.#playing ? this.#end() : this.replay()));
     byId("save-recording").addEventListener("click", () => saveText(this.#text, "recording.json"));
   }
 
   async #begin() {
-    byId("record").disabled = true;
     byId("record").textContent = "Preparing…";
     byId("recording-about").textContent = "Recording starts when the contact is solved.";
     try {
@@ -39,8 +40,6 @@ export class Recorder {
     } catch (error) {
       this.#show(ABOUT);
       throw error;
-    } finally {
-      byId("record").disabled = false;
     }
   }
 

@@ -1,6 +1,6 @@
 /* Buttons for the whole scene: undo, redo, links, files, opening and closing of all sections. */
 
-import { byId } from "../dom.js";
+import { byId, whileDisabled } from "../dom.js";
 import { BrokenLink, hashOf, sceneIn } from "../scene/link.js";
 import { same } from "../scene/merge.js";
 import { START_SCENE } from "../scene/start_scene.js";
@@ -15,25 +15,29 @@ export class SceneActions {
     this.#on("undo", () => state.undo() && tell("Undone."));
     this.#on("redo", () => state.redo() && tell("Redone."));
     this.#on("share", () => this.#share());
-    this.#on("save-wav", () => this.#render());
+    this.#on("save-wav", () => whileDisabled(byId("save-wav"), () => this.#render()));
     this.#on("save-scene", () => saveText(`${JSON.stringify(state.scene, null, 2)}\n`, "scene.json"));
     this.#on("fold", () => this.#fold());
     byId("open-scene").addEventListener("change", () => this.#read());
     document.addEventListener("keydown", (event) => this.#key(event));
-    addEventListener("hashchange", () => this.follow());
+    addEventListener("hashchange", () => this.#follow());
   }
 
-  /** Reads the scene from the address of the page; returns whether there is one. */
-  follow() {
+  /** Returns the scene in the address of the page; null if there is none that can be read. */
+  linked() {
     try {
       const scene = sceneIn(location.hash);
-      if (scene) this.state.take(this.textures.withAddress(scene));
-      return Boolean(scene);
+      return scene && this.textures.withAddress(scene);
     } catch (error) {
       if (!(error instanceof BrokenLink)) throw error;
       this.tell(error.message);
-      return false;
+      return null;
     }
+  }
+
+  #follow() {
+    const scene = this.linked();
+    if (scene) this.state.take(scene);
   }
 
   #on(id, action) {
@@ -41,8 +45,12 @@ export class SceneActions {
   }
 
   #note({ scene, settled }) {
-    byId("undo").disabled = !this.state.canUndo;
-    byId("redo").disabled = !this.state.canRedo;
+    const [undo, redo] = [byId("undo"), byId("redo")];
+    const focused = document.activeElement;
+    undo.disabled = !this.state.canUndo;
+    redo.disabled = !this.state.canRedo;
+    if (focused === undo && undo.disabled) redo.focus(); // a disabled button loses the focus
+    if (focused === redo && redo.disabled) undo.focus();
     if (settled) this.#address(scene);
   }
 
@@ -64,7 +72,7 @@ export class SceneActions {
 
   #key(event) {
     if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "z" || event.altKey) return;
-    if (event.target.closest?.("input:not([type=range]):not([type=checkbox]), textarea")) return; // undo of the text
+    if (event.target.closest?.("input[type=text], input[type=password], textarea")) return; // undo of the text
     event.preventDefault();
     byId(event.shiftKey ? "redo" : "undo").click();
   }
@@ -80,16 +88,10 @@ export class SceneActions {
   }
 
   async #render() {
-    const button = byId("save-wav");
-    button.disabled = true;
     this.tell("Rendering the WAV.");
-    try {
-      const answer = await callBinary("POST", "/v1/render?format=wav", this.state.scene);
-      save(await answer.blob(), "touch.wav");
-      this.tell(answer.headers.get("Ridgewave-Warning") ?? "The WAV is ready.");
-    } finally {
-      button.disabled = false;
-    }
+    const answer = await callBinary("POST", "/v1/render?format=wav", this.state.scene);
+    save(await answer.blob(), "touch.wav");
+    this.tell(answer.headers.get("Ridgewave-Warning") ?? "The WAV is ready.");
   }
 
   async #read() {

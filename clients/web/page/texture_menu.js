@@ -1,5 +1,6 @@
 /* The menu of textures: a sinusoid, the catalogue by groups, and the imported textures. It shows a picture of the chosen
-texture, and its numbers with their sources or its measured values. */
+texture, and its numbers with their sources or its measured values. A texture that is none of these is shown by its kind,
+as a choice that cannot be made here. */
 
 import { byId, make } from "../dom.js";
 import { call, callBinary } from "../service.js";
@@ -10,17 +11,26 @@ const SINUSOID = "sinusoid";
 /** Connects the menu to `state`, a SceneState. textures: the TextureList. tell(sentence). */
 export function wireTextureMenu({ state, textures, tell }) {
   const menu = byId("texture");
-  const onDeleted = () => state.write(["texture"], undefined);
+  const other = make("option", { value: "", hidden: true });
+  const onDeleted = () => {
+    state.write(["texture"], undefined);
+    menu.focus(); // the button that deleted is gone
+  };
   const about = new TextureDescription(menu, byId("texture-about"), { textures, onDeleted, tell });
   const fill = () => {
     const groups = Map.groupBy(textures.entries, ({ group }) => group);
-    menu.replaceChildren(make("option", { value: SINUSOID, text: "Sinusoid" }), ...[...groups].map(optionGroup));
+    const sinusoid = make("option", { value: SINUSOID, text: "Sinusoid" });
+    menu.replaceChildren(other, sinusoid, ...[...groups].map(optionGroup));
   };
   const show = (wanted = menu.value) => {
-    const entries = textures.of(state.scene.texture); // several if a surface was imported under several names
+    const { texture } = state.scene;
+    const entries = textures.of(texture); // several if a surface was imported under several names
     const chosen = entries.find(({ name }) => name === wanted) ?? entries[0] ?? null;
-    menu.value = chosen?.name ?? SINUSOID;
-    about.show(chosen);
+    const kind = texture?.kind ?? SINUSOID;
+    const { title, sentence } = unlisted(kind, texture?.surface);
+    other.textContent = title;
+    menu.value = chosen?.name ?? (kind === SINUSOID ? SINUSOID : other.value);
+    about.show(chosen, sentence);
   };
   const choose = (name) => {
     const entry = textures.entries.find((one) => one.name === name);
@@ -47,6 +57,16 @@ export function wireTextureMenu({ state, textures, tell }) {
 
 const titleOf = ({ name, title, stored }) => (stored ? name : title.split(":")[0].replace(" um", " µm"));
 
+/** Returns {title, sentence} of a texture that is no entry of the list. surface: the address of a measured one. */
+function unlisted(kind, surface) {
+  if (kind === SINUSOID) return { title: "", sentence: "A sinusoid. Set its period and height under Scene, Texture." };
+  if (surface)
+    return { title: "A surface that is not listed", sentence: "A measured surface that is not in the menu." };
+  const name = String(kind); // a link may hold anything
+  const title = name.charAt(0).toUpperCase() + name.slice(1);
+  return { title, sentence: `A texture of the kind “${name}”. Set its fields under Scene, Texture.` };
+}
+
 function optionGroup([label, entries]) {
   const option = (entry) => make("option", { value: entry.name, text: titleOf(entry) });
   return make("optgroup", { label }, ...entries.map(option));
@@ -70,14 +90,13 @@ class TextureDescription {
     this.#details.addEventListener("toggle", () => this.#details.open && this.#showNumbers(this.#entry));
   }
 
-  /** Shows an entry of the TextureList; null for none. */
-  show(entry) {
+  /** Shows an entry of the TextureList; null for none, of which `sentence` tells. */
+  show(entry, sentence) {
+    if (!entry) this.#text.textContent = sentence;
     if (entry === this.#entry) return;
     const renamed = entry?.stored && entry.address === this.#entry?.address;
     this.#entry = entry;
-    this.#text.textContent = entry
-      ? `${entry.title}. ${entry.note}`
-      : "A sinusoid. Set its period and height under Scene, Texture.";
+    if (entry) this.#text.textContent = `${entry.title}. ${entry.note}`;
     this.#summary.textContent = entry?.stored ? "Measured values, rename, delete" : "Numbers and sources";
     this.#details.hidden = !entry;
     this.#details.open = Boolean(renamed && this.#details.open);
@@ -104,7 +123,10 @@ class TextureDescription {
     } catch ({ message }) {
       shown = message;
     }
-    if (entry === this.#entry) this.#numbers.replaceChildren(shown);
+    if (entry !== this.#entry) return;
+    const focused = this.#numbers.contains(document.activeElement); // after a rename
+    this.#numbers.replaceChildren(shown);
+    if (focused) this.#numbers.querySelector("input")?.focus();
   }
 
   async #ownOf(entry) {

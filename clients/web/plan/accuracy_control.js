@@ -4,7 +4,7 @@ Model: the slider sets the tolerance, the largest error relative to peak-to-peak
 values of that field. `POST /v1/explain` predicts the cost; `POST /v1/accuracy` measures, in up to a minute.
 Limits: timings are those of the service's machine with its present load. */
 
-import { make } from "../dom.js";
+import { make, whileDisabled } from "../dom.js";
 import { inWords } from "../scene/quantities.js";
 import { bytesInWords, costInWords, shareInWords, words } from "./plan_view.js";
 import { costOf, drawErrorPlot, plotInWords, seriesOf } from "./error_plot.js";
@@ -102,8 +102,11 @@ export class AccuracyControl extends EventTarget {
   }
 
   /** Measures all methods and draws the result; returns it, null if it was refused. */
-  async measure() {
-    this.button.disabled = true;
+  measure() {
+    return whileDisabled(this.button, () => this.#measure());
+  }
+
+  async #measure() {
     this.#say("Measuring. This takes up to a minute.");
     try {
       const measured = await this.#call("POST", "/v1/accuracy", this.#sceneNow());
@@ -115,8 +118,6 @@ export class AccuracyControl extends EventTarget {
     } catch (error) {
       this.#refuse(error);
       return null;
-    } finally {
-      this.button.disabled = false;
     }
   }
 

@@ -40,12 +40,13 @@ export function displaced(section, present, name, value) {
 
 /**
  * Returns a new scene with the field at `path` (names and indices) set to `value`; undefined removes it. Fields that it
- * displaces and empty sections are removed.
+ * displaces and empty sections are removed. A kind that is removed displaces as one that is set: the default kind has
+ * other fields.
  */
 export function withField(scene, path, value) {
   const changed = structuredClone(scene);
   const [section, name] = path;
-  if (path.length > 1 && value !== undefined) {
+  if (path.length > 1 && (value !== undefined || name === "kind")) {
     const present = changed[section] ?? {};
     const named = path.length === 2 ? value : (present[name] ?? {});
     for (const gone of displaced(section, present, name, named)) delete present[gone];

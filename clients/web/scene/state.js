@@ -52,6 +52,12 @@ export class SceneState extends EventTarget {
     this.dispatchEvent(new CustomEvent("change", { detail }));
   }
 
+  /** Takes the first scene of the page, before which there is nothing to undo. */
+  begin(scene) {
+    this.#history = new UndoHistory(structuredClone(scene));
+    this.take(scene);
+  }
+
   /** Takes the values of defaults from `complete`, the complete scene that the service made of `scene`. */
   setDefaults(scene, complete) {
     this.#defaults = unwritten(complete, scene);

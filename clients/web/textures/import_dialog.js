@@ -131,6 +131,7 @@ export class ImportDialog {
       if (number !== this.#newest) return;
       this.#refuse(problem);
       this.#keep.disabled = false;
+      (this.element.querySelector("[aria-invalid=true]") ?? this.#keep).focus(); // a disabled button loses the focus
     }
   }
 

@@ -15,10 +15,11 @@ const AT_REST = { scan: { speed: 0, load: 0 } };
 
 export class FingertipStream {
   /**
-   * @param {{swatches: {scene: object}[], open: (scene: object) => Promise<Finger | null>, onBlock?: (samples:
-   *   Float32Array, finger: Finger) => void, onProblem?: (error: Error) => void, onLimited?: (reduction: number) =>
-   *   void}}
-   *   parts `open` returns an open Finger, null before the sound has begun; `onLimited`: gain reduction, dB
+   * @param {{swatches: {scene: object}[], open: (scene: object, signal?: AbortSignal) => Promise<Finger | null>, onBlock?:
+   *   (samples: Float32Array, finger: Finger) => void, onProblem?: (error: Error) => void, onLimited?: (reduction:
+   *   number) => void}}
+   *   parts `open` returns an open Finger, null before the sound has begun, and ends the opening at the signal;
+   *   `onLimited`: gain reduction, dB
    */
   constructor({ swatches, open, onBlock = () => {}, onProblem = () => {}, onLimited = () => {} }) {
     Object.assign(this, { swatches, open, onBlock, onProblem, onLimited });
@@ -26,6 +27,7 @@ export class FingertipStream {
     this.reduction = 0; // newest gain reduction, dB
     this.index = null;
     this.finger = null;
+    this.opening = null; // AbortController of the stream that is being opened
     this.touching = false;
     this.seen = -Infinity;
     this.blocked = -Infinity;
@@ -59,6 +61,8 @@ export class FingertipStream {
   /** Closes the stream. */
   close() {
     this.lift();
+    this.opening?.abort(); // the service solves no contact that nobody waits for
+    this.opening = null;
     this.finger?.close();
     this.finger = null;
     this.index = null;
@@ -102,19 +106,20 @@ export class FingertipStream {
   async #begin(index, time) {
     this.close();
     this.index = index;
+    const opening = new AbortController();
+    this.opening = opening;
     try {
-      const finger = await this.open(this.#scene(index));
-      if (this.index !== index || !finger || this.finger) {
-        finger?.close();
-        if (!finger && this.index === index) this.index = null;
-        return;
-      }
-      this.#go(finger);
+      const finger = await this.open(this.#scene(index), opening.signal);
+      if (this.opening !== opening) return finger?.close();
+      if (finger) this.#go(finger);
+      else this.index = null;
     } catch (error) {
-      if (this.index === index) this.index = null;
+      if (this.opening !== opening) return;
+      this.index = null;
       this.blocked = time + PAUSE;
       this.onProblem(error);
     }
+    this.opening = null;
   }
 
   #fail(finger, { problem, reason }) {

@@ -1,13 +1,16 @@
 /* Strokes with the keyboard: a button for each swatch, on which arrow keys move a fingertip.
 
 Model: left and right stroke at SPEED while they are held, from the middle of the swatch. Up and down change the load. A
-stroke ends at the end of the swatch or when the key is released. */
+stroke ends at the end of the swatch or when the key is released. The fingertip comes near a swatch when its button has
+had the focus for REST: the streams of swatches that the focus only passes are not opened. */
 
 import { LENGTH, WIDTH } from "./table_layout.js";
 import { MOST_LOAD, depthOf } from "./contact_model.js";
 
 const SPEED = 0.08; // m/s, default of a scene
 const HOVER = 0.006; // m over the swatch without a touch
+const AWAY = 0.06; // m over the swatch, too far for a stream
+const REST = 0.3; // s; a person who presses Tab again and again is faster
 const [FIRST_LOAD, LOAD_STEP] = [0.3, 0.1]; // N
 const EDGE = 1e-3; // m from an end of the swatch where a stroke stops
 
@@ -24,6 +27,7 @@ export class KeyboardStrokes {
     this.along = 0;
     this.load = FIRST_LOAD;
     this.direction = 0;
+    this.rested = 0; // s since the focus came
     this.buttons = swatches.map((swatch, index) => this.#button(list, swatch, index));
     window.addEventListener("blur", () => this.#stop());
   }
@@ -53,13 +57,16 @@ export class KeyboardStrokes {
     const end = LENGTH / 2 - EDGE;
     this.along = Math.min(end, Math.max(-end, this.along + this.direction * SPEED * passed));
     if (Math.abs(this.along) === end && Math.sign(this.along) === this.direction) this.direction = 0;
+    if (this.rested < REST) this.onChange();
+    this.rested += passed;
+    const over = this.rested < REST ? AWAY : HOVER;
     const { x, z } = this.places[this.index];
-    return { x: x + this.along, y: this.direction ? -depthOf(this.load) : HOVER, z: z + WIDTH / 6 };
+    return { x: x + this.along, y: this.direction ? -depthOf(this.load) : over, z: z + WIDTH / 6 };
   }
 
   #focus(index) {
     this.index = index;
-    this.along = 0;
+    this.along = this.rested = 0;
     this.#stop();
   }
 

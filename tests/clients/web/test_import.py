@@ -29,6 +29,7 @@ SCAN: FilePayload = {
 REFUSED = "status of (409|422)"  # what Chromium logs of a fault
 KEEP = "dialog button.primary"
 SCENE = "() => ridgewave.state.scene"
+FOCUS = "() => document.activeElement.id"
 DROP = """({name, text}) => {
   const dataTransfer = new DataTransfer();
   dataTransfer.items.add(new File([text], name));
@@ -119,6 +120,7 @@ def test_a_chosen_file_is_measured_kept_under_a_name_that_no_other_has_and_playe
     page.click(KEEP)
     page.wait_for_selector("#import-name[aria-invalid=true]")
     assert "exists already" in faults(page)["name"]
+    assert page.evaluate(FOCUS) == "import-name"
     measured(page, name="my-turned-metal")
     page.click(KEEP)
     told(page, "my-turned-metal is kept")
@@ -202,6 +204,7 @@ def test_a_texture_is_renamed_and_deleted_where_it_is_described(page: Page, serv
     told(page, "cloth is now called silk")
     assert (yours(page), page.input_value("#texture")) == (["silk", "wool"], "silk")
     assert page.evaluate(SCENE) == scene and page.is_visible("#own-delete")
+    page.wait_for_function("() => document.activeElement.id === 'own-name'")
     page.once("dialog", lambda dialog: dialog.dismiss())
     page.click("#own-delete")
     assert {entry["name"] for entry in stored(service)} == {"silk", "wool"}
@@ -209,6 +212,7 @@ def test_a_texture_is_renamed_and_deleted_where_it_is_described(page: Page, serv
     page.click("#own-delete")
     told(page, "silk is deleted")
     assert (yours(page), page.input_value("#texture"), page.evaluate(SCENE)) == (["wool"], "sinusoid", {})
+    assert page.evaluate(FOCUS) == "texture"
     assert page.is_hidden("#texture-sources")
 
 
@@ -224,3 +228,26 @@ def test_a_link_to_a_name_shows_the_surface_in_menu_and_form(page: Page, service
     assert page.evaluate(shown, "field-texture-surface") == scene["texture"]["surface"]
     page.wait_for_function("() => document.querySelector('#plan li') !== null")
     assert page.locator("#form .fault:visible").count() == 0
+
+
+def test_a_sinusoid_can_be_chosen_after_an_imported_texture_and_each_choice_is_undone(
+    page: Page, service: Running
+) -> None:
+    """After an import the field `surface` stayed, which a sinusoid does not have: the scene was refused."""
+    imported(service, "cloth", "5 um")
+    page.reload()
+    loaded(page)
+    page.select_option("#texture", "cloth")
+    cloth = page.evaluate(SCENE)
+    page.select_option("#texture", "sinusoid")
+    assert page.evaluate(SCENE) == {} and page.input_value("#texture") == "sinusoid"
+    for button, scene, name in (("undo", cloth, "cloth"), ("redo", {}, "sinusoid"), ("undo", cloth, "cloth")):
+        page.click(f"#{button}")
+        assert (page.evaluate(SCENE), page.input_value("#texture")) == (scene, name)
+    page.click("#texture-sources summary")
+    page.once("dialog", lambda dialog: dialog.accept())
+    page.click("#own-delete")
+    told(page, "cloth is deleted")
+    page.click("#undo")
+    assert (page.evaluate(SCENE), page.input_value("#texture")) == (cloth, "")
+    assert "not in the menu" in page.inner_text("#texture-about")

@@ -14,7 +14,7 @@ from synth.scene.scene import Scene
 from synth.voice.hand_voice import HandVoice
 from synth.voice.live_voice import Change
 from tests.clients.web.browser import watched
-from tests.clients.web.conftest import MODULES, START_SCENE, modules_loaded
+from tests.clients.web.conftest import MODULES, START_SCENE, loaded, modules_loaded
 from tests.clients.web.page_service import serving_pages
 from tests.clients.web.test_accessibility import violations
 from tests.service.harness import PATIENCE, Running
@@ -80,6 +80,16 @@ def test_sliders_link_file_undo_and_picture_agree(touch_page: Page, tmp_path: Pa
     assert linked(touch_page) is None and touch_page.is_disabled("#undo")
     touch_page.click("#redo")
     assert touch_page.locator("#load-value").inner_text() == load
+
+
+def test_after_a_reload_there_is_nothing_to_undo(comb_page: Page) -> None:
+    """Undo replaced the scene of the link by the scene with which the page begins."""
+    comb_page.evaluate("() => ridgewave.state.write(['texture', 'period'], '1 mm')")
+    assert comb_page.is_enabled("#undo")
+    comb_page.reload()
+    loaded(comb_page)
+    assert linked(comb_page) == {"texture": {"period": "1 mm"}} == comb_page.evaluate("() => ridgewave.state.scene")
+    assert comb_page.is_disabled("#undo")
 
 
 def test_the_sliders_tell_what_the_scene_holds(still_page: Page) -> None:

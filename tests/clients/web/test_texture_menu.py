@@ -38,3 +38,20 @@ def test_a_chosen_texture_shows_its_picture_and_its_sources(still_page: Page) ->
     still_page.select_option("#texture", "sinusoid")
     picture.wait_for(state="hidden")
     still_page.locator("#texture-sources").wait_for(state="hidden")
+
+
+def test_a_texture_that_is_not_in_the_menu_is_shown_by_its_kind_and_a_sinusoid_can_be_chosen(still_page: Page) -> None:
+    shown = "() => document.getElementById('texture').selectedOptions[0].text"
+    for texture, title, words in (
+        ({"kind": "grating", "duty": 0.3}, "Grating", "kind \u201cgrating\u201d"),
+        ({"kind": "rough"}, "Rough", "kind \u201crough\u201d"),
+        ({"kind": "sinusoid", "period": "1 mm"}, "Sinusoid", "A sinusoid"),
+        (None, "Sinusoid", "A sinusoid"),
+        ({"kind": None}, "Sinusoid", "A sinusoid"),
+        ({"kind": "grating", "duty": 0.3}, "Grating", "kind \u201cgrating\u201d"),
+    ):
+        still_page.evaluate("(texture) => ridgewave.state.take({texture})", texture)
+        assert still_page.evaluate(shown) == title and words in still_page.inner_text("#texture-about")
+    still_page.select_option("#texture", "sinusoid")
+    assert still_page.evaluate("() => ridgewave.state.scene") == {}
+    assert still_page.evaluate(shown) == "Sinusoid" and "A sinusoid" in still_page.inner_text("#texture-about")

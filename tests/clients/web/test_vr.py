@@ -12,6 +12,7 @@ import pytest
 
 from tests.clients.web.browser import headless
 from tests.clients.web.headset import DRAW_LITTLE, DRAWING, at_the_table, iwer_script, three_folder
+from tests.clients.web.page_service import Breaker
 from tests.service.harness import Running, until
 
 if TYPE_CHECKING:
@@ -237,6 +238,37 @@ def test_arrow_keys_stroke_the_swatch_whose_button_has_the_focus(table: Page) ->
     table.keyboard.up("ArrowRight")
     table.wait_for_function("() => ridgewave.touches.length === 0")
     assert table.evaluate("() => tools.silence()")
+
+
+def test_swatches_that_the_focus_only_passes_open_no_stream(table: Page) -> None:
+    """Each of them is solved by the service before the one that is wanted: 12 took 33 s in place of 10 s."""
+    sockets: list[str] = []
+    table.on("websocket", lambda socket: sockets.append(socket.url))
+    table.evaluate(
+        """async () => {
+          for (const button of [...document.querySelectorAll("#list button")].slice(0, SWATCH + 1)) {
+            button.focus();
+            await tools.frames();
+          }
+        }""".replace("SWATCH", str(SWATCH))
+    )
+    table.wait_for_function(OPEN)
+    assert len(sockets) == 1
+
+
+def test_a_service_that_is_gone_is_told_until_it_is_back(browser: Browser, service: Running, three: Path) -> None:
+    with Breaker(service.url) as breaker, at_the_table(browser, breaker.url, three) as (page, watch):
+        watch.allow("WebSocket connection to .* failed|Failed to load resource")
+        page.locator("#list button").nth(SWATCH).focus()
+        page.keyboard.press("ArrowUp")
+        page.wait_for_function(OPEN)
+        target, breaker.target = breaker.target, None
+        breaker.reset()
+        page.wait_for_function("() => document.querySelector('#status').textContent.includes('connection is lost')")
+        breaker.target = target
+        page.keyboard.press("ArrowDown")
+        page.wait_for_function("() => document.querySelector('#status').textContent === ''")
+        assert page.evaluate("() => [...ridgewave.fingers].map(({connection}) => connection.state)") == ["live"]
 
 
 def test_imported_textures_lie_beside_the_catalogue_and_sound(table: Page, own: dict[str, Any]) -> None:

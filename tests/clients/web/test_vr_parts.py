@@ -113,6 +113,30 @@ def test_a_fingertip_that_goes_right_is_further_right_on_the_surface_as_on_the_p
     ]
 
 
+def test_the_opening_of_a_stream_ends_when_the_fingertip_goes_to_another_swatch(functions: Page) -> None:
+    report = functions.evaluate(
+        """async () => {
+          const {FingertipStream} = await import("/web/vr/fingertip_stream.js");
+          const opened = [], problems = [], ended = [];
+          const open = ({name}, signal) => new Promise((done, fail) => {
+            opened.push(name);
+            signal.addEventListener("abort", () => (ended.push(name), fail(new Error("ended"))));
+            if (name === "far") done(Object.assign(new EventTarget(), {name, move() {}, close() {}}));
+          });
+          const swatches = [{scene: {name: "near"}}, {scene: {name: "far"}}];
+          const stream = new FingertipStream({swatches, open, onProblem: (error) => problems.push(error.message)});
+          for (const index of [0, 1, 1]) {
+            stream.follow({index, position: 0, load: 0, height: 0.01}, 0);
+            await new Promise((done) => setTimeout(done));
+          }
+          const {name} = stream.finger;
+          stream.close();
+          return {opened, ended, problems, name};
+        }"""
+    )
+    assert report == {"opened": ["near", "far"], "ended": ["near"], "problems": [], "name": "far"}
+
+
 @pytest.mark.parametrize("count", [1, 5, 12])
 def test_swatches_and_labels_lie_apart_on_the_board(functions: Page, count: int) -> None:
     layout, length, width, label = table(
