@@ -79,7 +79,7 @@ class Copies:
             path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
             arguments = [
                 sys.executable,
-                "-m",
+                "-Pm",
                 "service.compute.render_process",
                 str(theirs.fileno()),
                 str(self._cache_bytes),
