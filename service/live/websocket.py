@@ -32,6 +32,7 @@ from websockets.http11 import Request, Response
 from websockets.server import ServerProtocol
 
 from service.http.read_turns import shared_turns
+from service.http.request_target import use_origin_form
 from service.http.security import our_bug
 from service.live.transport import WIRE, Messages, Receiver
 from service.live.websocket_frames import WHOLE_BINARY, WHOLE_TEXT, FrameReader, frame_head
@@ -162,7 +163,9 @@ class LiveProtocol(asyncio.Protocol):
             return
         self.transport.pause_reading()  # until `deliver`
         self._events.put_nowait({"type": "websocket.connect"})
-        task = self.loop.create_task(self._serve(self._scope(asked)))
+        scope = self._scope(asked)
+        use_origin_form(scope)
+        task = self.loop.create_task(self._serve(scope))
         self._server.tasks.add(task)
         task.add_done_callback(self._server.tasks.discard)
 
