@@ -46,6 +46,7 @@ LINGER_SECONDS = 10.0  # after that, for a slow peer to read the rest; longer: d
 DISCARD_SECONDS = 0.02  # between two reads that discard what such a peer sends
 SHUTDOWN_SECONDS = 0.5  # for streams to fade on a shutdown
 DOUBT_SECONDS = 0.25  # extra time for a pong, because a late service may not have read it yet
+UNREADABLE = "The head of the request has an invalid header, announces a body, or is too large for a WebSocket."
 CLOSING = Problem("closing", "The service is shutting down.")
 BROKEN, RESTART, NOT_TEXT, OURS = 1006, 1012, 1007, 1011  # close codes (RFC 6455, 7.4.1; 1012: its registry)
 
@@ -58,9 +59,8 @@ def _invalid(error: Exception | None) -> Problem:
     """Return the problem of an invalid handshake. It may name a header, but not its value, which may be a key."""
     if isinstance(error, InvalidMethod):
         return Problem("method-not-allowed", "A WebSocket is opened by GET.", headers={"Allow": "GET"})
-    return Problem(
-        "bad-request", f"{getattr(error, 'name', 'The request')} is invalid for a WebSocket (RFC 6455, 4.2.1)."
-    )
+    name = getattr(error, "name", None)
+    return Problem("bad-request", f"{name} is invalid for a WebSocket (RFC 6455, 4.2.1)." if name else UNREADABLE)
 
 
 class LiveProtocol(asyncio.Protocol):
@@ -153,9 +153,7 @@ class LiveProtocol(asyncio.Protocol):
         self.conn.receive_data(request)
         asked = next(iter(self.conn.events_received()), None)
         if not isinstance(asked, Request):
-            self._answered = True
-            self._flush()
-            self.transport.close()
+            self._reject(_invalid(self.conn.handshake_exc))
             return
         self._answer = self.conn.accept(asked)
         if self._answer.status_code != HTTPStatus.SWITCHING_PROTOCOLS:
@@ -257,8 +255,7 @@ class LiveProtocol(asyncio.Protocol):
     def _respond(self, response: Response) -> None:
         """Answer without an upgrade."""
         self._answered = True
-        self.conn.send_response(response)
-        self._flush()
+        self.transport.write(response.serialize())
         self._events.put_nowait({"type": "websocket.disconnect", "code": BROKEN})
         self.transport.close()
 
