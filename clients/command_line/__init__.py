@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from clients.command_line.exit_codes import carry_out, discard_unread_output
 from clients.command_line.parser import parse
-from clients.command_line.printing import open_closed_streams
+from clients.command_line.printing import open_closed_streams, print_every_character
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -19,6 +19,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments: the words after the program's name; None: those of this process.
     """
     open_closed_streams()
+    print_every_character()
     try:
         parsed = parse(arguments)
     finally:

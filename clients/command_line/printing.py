@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import sys
@@ -21,6 +22,12 @@ def open_closed_streams() -> None:
             descriptor = os.open(os.devnull, flags)  # the lowest free one, which is that of the stream
             os.set_inheritable(descriptor, True)
             setattr(sys, name, os.fdopen(descriptor, mode, encoding="utf-8", closefd=False))
+
+
+def print_every_character() -> None:
+    """Let standard output write characters that its encoding lacks as escapes, as standard error does."""
+    if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.errors == "strict":
+        sys.stdout.reconfigure(errors="backslashreplace")  # an escape of a surrogate is valid in JSON, too
 
 
 def print_table(
