@@ -125,11 +125,21 @@ def _surface(path: Path, spacing: list[float]) -> SurfaceData:
     return found
 
 
+def bound(kind: int, most: int) -> None:
+    """Bound a resource of this process by `most`, or by the user's own bound (ulimit) where that is less."""
+    hard = resource.getrlimit(kind)[1]
+    least = most if hard == resource.RLIM_INFINITY else min(most, hard)
+    resource.setrlimit(kind, (least, least))
+
+
 def main() -> None:
     """Read the request, import, and print the outcome."""
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
-    resource.setrlimit(resource.RLIMIT_CPU, (int(LONGEST), int(LONGEST)))
+    for kind, most in (
+        (resource.RLIMIT_CORE, 0),
+        (resource.RLIMIT_AS, MOST_MEMORY),
+        (resource.RLIMIT_CPU, int(LONGEST)),
+    ):
+        bound(kind, most)
     request = json.load(sys.stdin)
     outcome: dict[str, Any]
     try:
