@@ -23,6 +23,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from service.compute.resource_bounds import bound
 from service.problems import Problem
 from synth.errors import CannotRender, Fault, InvalidRequest
 
@@ -123,13 +124,6 @@ def _surface(path: Path, spacing: list[float]) -> SurfaceData:
     found = SurfaceData(np.load(path), tuple(spacing))
     assert found.address  # computed here, in a thread
     return found
-
-
-def bound(kind: int, most: int) -> None:
-    """Bound a resource of this process by `most`, or by the user's own bound (ulimit) where that is less."""
-    hard = resource.getrlimit(kind)[1]
-    least = most if hard == resource.RLIM_INFINITY else min(most, hard)
-    resource.setrlimit(kind, (least, least))
 
 
 def main() -> None:

@@ -1,9 +1,12 @@
-"""The processes that the service starts import the service, never a file of the folder in which it was started."""
+"""The processes that the service starts: what they import, and their bounds."""
 
 from __future__ import annotations
 
 import asyncio
 import json
+import os
+import subprocess
+import sys
 import threading
 from pathlib import Path
 
@@ -12,6 +15,7 @@ import pytest
 from service.compute.accuracy_process import _answer_of_process
 from service.compute.import_process import Imports
 from service.compute.render_process import Copies
+from tests.service.harness import ROOT
 
 
 @pytest.fixture(autouse=True)
@@ -40,3 +44,19 @@ def test_a_measurement() -> None:
     request: dict[str, object] = {"scene": {}, "quantity": "colour", "textures": None}
     code, outcome, messages = _answer_of_process(json.dumps(request).encode(), threading.Event())
     assert (code, messages) == (0, b"") and json.loads(outcome)["faults"]
+
+
+def test_a_bound_never_exceeds_the_users_own() -> None:
+    own = 1 << 40
+    code = f"""
+import resource
+from service.compute.resource_bounds import bound
+resource.setrlimit(resource.RLIMIT_AS, ({own}, {own}))
+for most in ({own} + 4096, {own} - 4096, {own}):
+    bound(resource.RLIMIT_AS, most)
+    print(*resource.getrlimit(resource.RLIMIT_AS))
+"""
+    command = [sys.executable, "-P", "-c", code]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True, env=environment)
+    assert done.stdout.split() == [str(own), str(own), str(own - 4096), str(own), str(own), str(own)]
