@@ -68,7 +68,7 @@ def read_problem(body: bytes | bytearray, status: int, reason: str = "") -> Prob
     """Return the problem in the body of an answer; for other bodies, a problem that names the status only."""
     try:
         document = json.loads(body)
-    except ValueError:
+    except (ValueError, RecursionError):
         document = None
     if isinstance(document, dict) and "title" in document:
         return Problem.read({"status": status, **document})

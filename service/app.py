@@ -1,7 +1,8 @@
 """The ASGI application: the layers, the routes, and the problem document of every error.
 
 A request passes the layers in this order: Subjects (log) -> Bouncer (Host, Origin, security headers, internal errors)
--> CORS, where origins are allowed -> RateLimit by address -> KeyCheck -> RateLimit by key -> Compression -> routes
+-> CORS, where origins are allowed -> RateLimit by address -> KeyCheck -> RateLimit by key -> HeadAsGet -> Compression
+-> routes
 """
 
 from __future__ import annotations
@@ -16,11 +17,13 @@ from starlette.middleware.cors import CORSMiddleware
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Match
+from starlette.types import Scope
 
 from service import problems
 from service.engine import Engine, SynthEngine
 from service.http import openapi
 from service.http.content_negotiation import Compression
+from service.http.head_requests import HeadAsGet
 from service.http.query_faults import each_once, query_faults
 from service.http.rate_limits import Limits, RateLimit
 from service.http.routes import (
@@ -90,7 +93,8 @@ def _layers(settings: Settings, limits: Limits) -> list[Middleware]:
         )
         layers.append(cross_origin)
     by_address, by_key = (Middleware(RateLimit, limits=limits, by_key=by_key) for by_key in (False, True))
-    return [*layers, by_address, Middleware(KeyCheck, settings=settings), by_key, Middleware(Compression)]
+    inner = [Middleware(HeadAsGet, methods=_methods), Middleware(Compression)]
+    return [*layers, by_address, Middleware(KeyCheck, settings=settings), by_key, *inner]
 
 
 async def _answer(request: Request, error: Exception) -> Response:
@@ -110,12 +114,18 @@ def _problem_of(request: Request, error: Exception) -> Problem:
             return Problem("request-refused", problems.summary(faults), faults)
     assert isinstance(error, HTTPException)  # an unknown path, or a method that the path does not have
     kind = KINDS.get(error.status_code, "bad-request")
-    headers = {"Allow": _methods(request)} if error.status_code == 405 else error.headers or {}
+    headers = {"Allow": _allowed(request)} if error.status_code == 405 else error.headers or {}
     return Problem(kind, problems.TYPES[kind].when, headers=headers)
 
 
-def _methods(request: Request) -> str:
+def _allowed(request: Request) -> str:
+    """Return the methods of the path as text; HEAD is one of them wherever GET is."""
+    methods = _methods(request.scope)
+    return ", ".join(sorted(methods | {"HEAD"} if "GET" in methods else methods))
+
+
+def _methods(scope: Scope) -> set[str]:
     """Return the methods of all routes of the path: the router's own Allow has only those of the first route."""
-    routes = [*request.app.routes, *(route for module in ROUTES for route in module.router.routes)]
-    matching = [route for route in routes if route.matches(request.scope)[0] is not Match.NONE]
-    return ", ".join(sorted({method for route in matching for method in getattr(route, "methods", None) or ()}))
+    routes = [*scope["app"].routes, *(route for module in ROUTES for route in module.router.routes)]
+    matching = [route for route in routes if route.matches(scope)[0] is not Match.NONE]
+    return {method for route in matching for method in getattr(route, "methods", None) or ()}

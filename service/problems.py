@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any
 
 from starlette.responses import Response
@@ -106,7 +106,7 @@ _ROWS = (
         "too-fast",
         429,
         "Too many messages",
-        "More live messages per second than RIDGEWAVE_MAX_UPDATES; the rest is dropped.",
+        "More live messages per second than RIDGEWAVE_MAX_UPDATES, or 200 refused ones; the rest is dropped.",
     ),
     ("rate-limited", 429, "Too many requests", "More requests than RIDGEWAVE_REQUESTS_PER_SECOND; see Retry-After."),
     (
@@ -150,7 +150,10 @@ class Problem(Exception):
             "title": kind.title,
             "status": kind.status,
             "detail": self.detail,
-            "errors": [asdict(fault) for fault in self.faults],
+            "errors": [
+                {"pointer": fault.pointer, "value": fault.value, "allowed": fault.allowed, "hint": fault.hint}
+                for fault in self.faults
+            ],
         }
         return document if self.instance is None else document | {"instance": self.instance}
 

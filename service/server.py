@@ -3,6 +3,7 @@
 Model: accepted connections inherit a small `TCP_NOTSENT_LOWAT` from the listening socket, so that little sound waits in
     the kernel: no change and no stop can reach that sound. Beyond loopback, the service does not start without a key.
     SIGTERM fades the streams out at once (`service.lifespan`); other answers have RIDGEWAVE_SHUTDOWN_TIMEOUT to end.
+    With one process, SIGHUP does the same.
 Limits: only unsent sound is bounded, not sound that the reader's machine has received.
 """
 
@@ -11,6 +12,7 @@ from __future__ import annotations
 import ipaddress
 import logging
 import os
+import signal
 import socket
 import tempfile
 from pathlib import Path
@@ -130,6 +132,8 @@ def _serve(settings: Settings, listener: socket.socket, engine: Engine | None, w
         made.state.service.serves_only = True
         return made
 
+    if signal.getsignal(signal.SIGHUP) is signal.SIG_DFL:  # not ignored, as it is under nohup
+        signal.signal(signal.SIGHUP, lambda *_: signal.raise_signal(signal.SIGTERM))
     config = uvicorn.Config(app, **options)
     uvicorn.Server(config).run(sockets=[listener])
 

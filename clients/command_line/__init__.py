@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from clients.command_line.exit_codes import carry_out, discard_unread_output
 from clients.command_line.parser import parse
+from clients.command_line.printing import open_closed_streams, print_every_character
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -16,10 +18,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     arguments: the words after the program's name; None: those of this process.
     """
-    parsed = parse(arguments)
+    open_closed_streams()
+    print_every_character()
+    try:
+        parsed = parse(arguments)
+    finally:
+        discard_unread_output()
     from importlib import import_module
-
-    from clients.command_line.exit_codes import carry_out
 
     def command() -> int:
         code: int = import_module(parsed.command_module).run(parsed)

@@ -3,13 +3,14 @@
     0    done
     1    cannot be done: the request is valid, but the machine or the disk fails (CannotRender, OSError)
     2    invalid request: a message with a line for each fault (InvalidRequest)
-    130  interrupted (Ctrl-C); 143 terminated. Unfinished files are removed
+    130  interrupted (Ctrl-C); 143 terminated, or the terminal was closed. Unfinished files are removed
 
 Any other exception is a bug of ridgewave and keeps its traceback.
 """
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import signal
@@ -42,6 +43,9 @@ def carry_out(command: Callable[[], int], *, as_json: bool) -> int:
     from synth.errors import CannotRender, InvalidRequest
 
     previous = signal.signal(signal.SIGTERM, _terminate)
+    closed_terminal = signal.getsignal(signal.SIGHUP)
+    if closed_terminal is not signal.SIG_IGN:  # as under nohup
+        signal.signal(signal.SIGHUP, _hang_up)
     try:
         code = command()
         sys.stdout.flush()
@@ -65,7 +69,8 @@ def carry_out(command: Callable[[], int], *, as_json: bool) -> int:
         return TERMINATED
     finally:
         signal.signal(signal.SIGTERM, previous)
-        _discard_unread_output()
+        signal.signal(signal.SIGHUP, closed_terminal)
+        discard_unread_output()
 
 
 def invalid_request(field: str, value: object, allowed: str, hint: str) -> NoReturn:
@@ -100,11 +105,13 @@ def _print_problem(title: str, **rest: Any) -> None:
 
 def _sentence(error: OSError) -> str:
     """Return the message of the operating system, with the name of the file."""
+    if error.errno == errno.EBADF:
+        return "standard input or output is closed."
     reason = (error.strerror or str(error)).lower()
     return f"{error.filename}: {reason}" if error.filename else reason
 
 
-def _discard_unread_output() -> None:
+def discard_unread_output() -> None:
     """Discard output that nobody reads, which would otherwise raise an error when Python ends."""
     try:
         sys.stdout.flush()
@@ -116,3 +123,8 @@ def _discard_unread_output() -> None:
 
 def _terminate(_number: int, _frame: FrameType | None) -> NoReturn:
     raise Terminated
+
+
+def _hang_up(_number: int, _frame: FrameType | None) -> None:
+    """End as on SIGTERM, for which the service has a handler of its own."""
+    signal.raise_signal(signal.SIGTERM)

@@ -2,12 +2,32 @@
 
 from __future__ import annotations
 
+import io
 import json
+import os
 import sys
 from collections.abc import Collection, Iterable, Sequence
 from typing import TextIO
 
 WIDTH = 120  # columns without a terminal: a file or a pager gets the same table every time
+
+
+def open_closed_streams() -> None:
+    """Open standard streams that the caller has closed, so that no other file gets their descriptors.
+
+    Standard input cannot be read then, standard output cannot be written, and messages are discarded.
+    """
+    for name, mode, flags in (("stdin", "r", os.O_WRONLY), ("stdout", "w", os.O_RDONLY), ("stderr", "w", os.O_WRONLY)):
+        if getattr(sys, name) is None:
+            descriptor = os.open(os.devnull, flags)  # the lowest free one, which is that of the stream
+            os.set_inheritable(descriptor, True)
+            setattr(sys, name, os.fdopen(descriptor, mode, encoding="utf-8", closefd=False))
+
+
+def print_every_character() -> None:
+    """Let standard output write characters that its encoding lacks as escapes, as standard error does."""
+    if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.errors == "strict":
+        sys.stdout.reconfigure(errors="backslashreplace")  # an escape of a surrogate is valid in JSON, too
 
 
 def print_table(

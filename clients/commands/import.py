@@ -3,35 +3,37 @@
 from __future__ import annotations
 
 import argparse
+import asyncio
+import base64
+import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from clients.command_line.exit_codes import DONE, invalid_request
 from clients.command_line.printing import print_json, print_table, say
+from service.compute.import_process import Imports, Uploaded
 from service.store.own_textures import own_store
 from service.store.store import Quota, check_name, name_from_file
 from synth.encode.part_file import write_whole
 from synth.scene.quantity import Dimension, show_quantity
 from synth.surfaces.measurement.import_options import READERS, read_options
-from synth.surfaces.measurement.importing import import_surface
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Carry out the command; raises InvalidRequest, CannotRender, OSError."""
-    options = read_options({name: getattr(arguments, name) for name in READERS})
+    given = {name: getattr(arguments, name) for name in READERS}
+    read_options(given)
     name = arguments.name or name_from_file(arguments.file)
     check_name(name)
     if arguments.picture is not None and Path(arguments.picture).suffix != ".png":
         invalid_request("--picture", arguments.picture, "a file name that ends in .png", "Write OUT.png.")
-    found = import_surface(Path(arguments.file), options)
+    found = _read(Path(arguments.file), given)
     if arguments.picture is not None:
-        from synth.surfaces.measurement.relief_picture import relief_picture
-
-        write_whole(Path(arguments.picture), relief_picture(found.heights, found.spacing))
+        write_whole(Path(arguments.picture), base64.b64decode(found.picture))
     kept = None
     if not arguments.dry_run:
-        kept = own_store().keep("", name, found.surface, found.kind, found.report, Quota())
+        kept = own_store().keep("", name, found.surface, found.report["kind"], found.report, Quota())
     result = {"name": name, "kept": kept is not None, "address": found.surface.address, "report": found.report}
     if arguments.json:
         print_json(result)
@@ -41,6 +43,14 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"Note: {note}.")
     say(f"kept as {name}" if kept else f"nothing was kept: without --dry-run it becomes the texture {name}")
     return DONE
+
+
+def _read(path: Path, options: Mapping[str, str | None]) -> Uploaded:
+    """Return the surface in the file at `path`, read in a process of its own: a damaged file can crash its reader."""
+    if path.is_file():
+        path.open("rb").close()  # its error names the file
+    with tempfile.TemporaryDirectory(prefix="ridgewave-") as folder:
+        return asyncio.run(Imports().read(path, path.name, options, Path(folder)))
 
 
 def report_rows(report: Mapping[str, Any]) -> list[tuple[str, str]]:

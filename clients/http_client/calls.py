@@ -70,7 +70,7 @@ class Call(Generic[T]):
         check(response)
         try:
             return self.answer(response)
-        except (ValueError, KeyError, TypeError, CannotRender) as error:
+        except (ValueError, KeyError, TypeError, RecursionError, CannotRender) as error:
             raise ProtocolError(f"{self.method} {self.path}: not an answer of this service") from error
 
 
@@ -90,9 +90,11 @@ def check(response: httpx.Response) -> None:
 
 @contextlib.contextmanager
 def transported() -> Iterator[None]:
-    """Raise ConnectionLost in place of the exceptions of httpx for failed connections."""
+    """Raise ConnectionLost and ProtocolError in place of the exceptions of httpx for failed connections and bodies."""
     try:
         yield
+    except httpx.DecodingError as error:
+        raise ProtocolError("the service sent a body that its Content-Encoding does not fit") from error
     except httpx.TransportError as error:
         raise ConnectionLost(f"the service does not answer: {str(error) or type(error).__name__}") from error
 
@@ -216,9 +218,14 @@ def recording(session: str) -> Call[Document]:
 
 
 def stream(session: str, duration: float | None, sound_format: str) -> Call[None]:
-    """Return the call for the stream of a session; raises InvalidRequest for formats other than raw samples."""
+    """Return the call for the stream of a session; raises InvalidRequest for formats other than raw samples.
+
+    duration: s; None never ends.
+    """
     if sound_format not in ("f32le", "l16"):
         raise InvalidRequest([Fault("/format", shown(sound_format), "f32le or l16", "Write f32le.")])
+    if duration is not None and not hasattr(duration, "__float__"):
+        raise InvalidRequest([Fault("/duration", shown(duration), "a number, in s", "Write 2.0 for 2 s.")])
     length = {} if duration is None else {"duration": repr(float(duration))}
     return Call("GET", _session_path(session, "stream"), lambda _: None, None, {"format": sound_format, **length})
 

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from clients.client_errors import ClientError, ConnectionLost, Problem, ServiceError, problem_error
+from synth.errors import Fault, InvalidRequest, shown
 
 BROKEN_CODES = frozenset({1005, 1006, 1011, 1012})  # no code, no close frame (or no pong), internal error, restart
 BROKEN_STATUS = frozenset({500, 502, 504})  # from a service or a proxy that may recover soon
@@ -24,6 +25,7 @@ POLICY_CODE = 1008
 
 FIRST_DELAY = 0.1  # s before the second try, at most; longer extends the silence, shorter burdens a service that starts
 LARGEST_DELAY = 2.0  # s between tries, at most; longer wastes time while the service still keeps the session
+MOST_DOUBLED = 60  # times; far more than any delay, and within a float: 1024 tries take 17 minutes
 PATIENCE = 10.0  # s from the break to the last try: the default of RIDGEWAVE_RESUME; later there is nothing to resume
 RETRY_AFTER = 1.0  # s before a full service that sends no Retry-After is tried again; unverified default
 
@@ -92,6 +94,8 @@ class Backoff:
     largest: bound of all delays, in seconds.
     patience: seconds from the break to the last try.
     uniform: returns a random number in [low, high).
+
+    Raises InvalidRequest for a delay or a patience that is no time.
     """
 
     first: float = FIRST_DELAY
@@ -101,11 +105,22 @@ class Backoff:
     _since: float | None = field(default=None, init=False)
     _tries: int = field(default=0, init=False)
 
+    def __post_init__(self) -> None:
+        given = {"first": self.first, "largest": self.largest, "patience": self.patience}
+        faults = [
+            Fault(f"/{name}", shown(value), "0 s or more", "Write a number of seconds.")
+            for name, value in given.items()
+            if not (hasattr(value, "__float__") and value >= 0.0)
+        ]
+        if faults:
+            raise InvalidRequest(faults)
+
     def delay(self, now: float, at_least: float = 0.0) -> float | None:
         """Return the seconds to wait before the next try; None if the try would be too late. now: monotonic seconds."""
         if self._since is None:
             self._since = now
-        bound = 0.0 if self._tries == 0 else min(self.largest, self.first * 2 ** (self._tries - 1))
+        doubled = min(self._tries - 1, MOST_DOUBLED)
+        bound = 0.0 if self._tries == 0 else min(self.largest, self.first * 2**doubled)
         wait = at_least + self.uniform(0.0, bound)
         self._tries += 1
         return wait if now + wait - self._since <= self.patience else None

@@ -244,4 +244,7 @@ def _float(value: float | None) -> float | None:
 def _fault(name: str, value: float, limit: float, unit: str) -> Fault | None:
     if hasattr(value, "__float__") and -limit <= value <= limit:
         return None
-    return Fault("/" + name, shown(value), f"-{limit:g} {unit} to {limit:g} {unit}", "Write a number in SI units.")
+    allowed = f"-{limit:g} {unit} to {limit:g} {unit}"
+    if name == "load":
+        allowed = f"0 N to {limit:g} N; below 0 N only with adhesion"
+    return Fault("/" + name, shown(value), allowed, "Write a number in SI units.")

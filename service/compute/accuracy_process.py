@@ -65,7 +65,7 @@ def _answer_of_process(request: bytes, given_up: threading.Event) -> tuple[int, 
     path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
     deadline = time.monotonic() + LONGEST
     with subprocess.Popen(
-        [sys.executable, "-m", "service.compute.accuracy_process"],
+        [sys.executable, "-Pm", "service.compute.accuracy_process"],
         env={**os.environ, "PYTHONPATH": path},
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,

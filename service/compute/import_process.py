@@ -1,8 +1,8 @@
-"""Reads an uploaded surface, in a process of its own.
+"""Reads an uploaded surface, or a file of the command line, in a process of its own.
 
     python -m service.compute.import_process    {"path", "file", "options", "heights"} on standard input
 
-Model: many parsers may read a file from the network, and some belong to other packages. A process bounds their memory
+Model: many parsers may read a file from anywhere, and some belong to other packages. A process bounds their memory
     and time, and a fault of a parser ends that process only. Its outcome is one JSON object with "report", "spacing"
     and "picture" (PNG, base64), and the heights as NPY in the file "heights"; or with "faults" (InvalidRequest) or
     "reason" (CannotRender). AT_A_TIME imports run at a time in each process of the service; others wait.
@@ -18,10 +18,12 @@ import os
 import resource
 import signal
 import sys
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from service.compute.resource_bounds import bound
 from service.problems import Problem
 from synth.errors import CannotRender, Fault, InvalidRequest
 
@@ -59,13 +61,14 @@ class Imports:
         for process in self._under_way:
             process.kill()
 
-    async def read(self, folder: Path, file: str, options: dict[str, str]) -> Uploaded:
-        """Return the surface in the file "upload" of `folder`, which is private.
+    async def read(self, path: Path, file: str, options: Mapping[str, str | None], folder: Path) -> Uploaded:
+        """Return the surface in the file at `path`.
 
         file: name that the user's file has.
+        folder: private, for the heights.
         Raises InvalidRequest, CannotRender, and Problem (closing) at a shutdown.
         """
-        request = {"path": str(folder / "upload"), "file": file, "options": options, "heights": str(folder / "heights")}
+        request = {"path": str(path), "file": file, "options": options, "heights": str(folder / "heights")}
         async with self._turns:
             code, outcome, messages = await self._outcome(json.dumps(request).encode())
         if self._closed:
@@ -92,7 +95,7 @@ class Imports:
         one_thread = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
         process = await asyncio.create_subprocess_exec(
             sys.executable,
-            "-m",
+            "-Pm",
             "service.compute.import_process",
             env={**os.environ, **one_thread, "PYTHONPATH": path},
             stdin=asyncio.subprocess.PIPE,
@@ -125,9 +128,12 @@ def _surface(path: Path, spacing: list[float]) -> SurfaceData:
 
 def main() -> None:
     """Read the request, import, and print the outcome."""
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
-    resource.setrlimit(resource.RLIMIT_CPU, (int(LONGEST), int(LONGEST)))
+    for kind, most in (
+        (resource.RLIMIT_CORE, 0),
+        (resource.RLIMIT_AS, MOST_MEMORY),
+        (resource.RLIMIT_CPU, int(LONGEST)),
+    ):
+        bound(kind, most)
     request = json.load(sys.stdin)
     outcome: dict[str, Any]
     try:

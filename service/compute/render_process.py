@@ -35,6 +35,7 @@ from typing import Any
 
 from service import problems
 from service.compute.render_steps import Answer, Message, Order, Price, work
+from service.compute.resource_bounds import bound
 from service.problems import Problem
 from service.store.store import Store
 from synth.errors import CannotRender, Fault, RidgewaveError
@@ -79,7 +80,7 @@ class Copies:
             path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
             arguments = [
                 sys.executable,
-                "-m",
+                "-Pm",
                 "service.compute.render_process",
                 str(theirs.fileno()),
                 str(self._cache_bytes),
@@ -261,7 +262,7 @@ class _Copied:
 
     def run(self) -> None:
         """Receive the orders of the service until it closes the socket; a thread computes meanwhile."""
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        bound(resource.RLIMIT_CORE, 0)
         thread = threading.current_thread()
         try:
             while True:
@@ -300,8 +301,7 @@ class _Copied:
         (size,) = struct.unpack_from("!I", request)
         settings, body = json.loads(request[4 : 4 + size]), request[4 + size :]
         used = resource.getrusage(resource.RUSAGE_SELF)
-        bound = int(used.ru_utime + used.ru_stime + settings["seconds"]) + 1
-        resource.setrlimit(resource.RLIMIT_CPU, (bound, resource.RLIM_INFINITY))
+        bound(resource.RLIMIT_CPU, int(used.ru_utime + used.ru_stime + settings["seconds"]) + 1)
         try:
             for message in work(self._engine, Order(**settings["order"]), body, self._store):
                 self._send(message)

@@ -66,7 +66,7 @@ class TexturePreparation:
             one_thread = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
             module, number = "service.compute.texture_preparation", lock.fileno()
             self._process = subprocess.Popen(
-                [sys.executable, "-m", module, str(self.folder), str(number)],
+                [sys.executable, "-Pm", module, str(self.folder), str(number)],
                 env={**os.environ, **one_thread, "PYTHONPATH": path},
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,

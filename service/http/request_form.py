@@ -1,7 +1,8 @@
 """Multipart request bodies: one file with its fields, checked for their media type and their size.
 
 The Content-Type is checked before a byte of the body is read. The size is checked while the body is read. A
-large file is kept in a temporary file meanwhile, not in memory.
+large file is kept in a temporary file meanwhile, not in memory. A body without its closing boundary was cut: the parser
+would drop its last part without a word.
 
 Limits: the media type does not refuse a form that another page posts, as it does elsewhere (`request_body`). The checks
 of Origin and Host (`security`) refuse it.
@@ -56,15 +57,19 @@ async def read_form(request: Request, limit: int, setting: str) -> AsyncIterator
     length = request.headers.get("content-length", "")
     if length.isdigit() and int(length) > limit:
         raise larger
-    total = 0
+    total, closing, newest, is_closed = 0, b"\r\n--" + parameters.get(b"boundary", b"") + b"--", b"", False
 
     async def counted() -> Message:
         """Return the next message. Raises `larger` once the body exceeds the limit, whatever its header says."""
-        nonlocal total
+        nonlocal total, newest, is_closed
         message = await request.receive()
-        total += len(message.get("body", b""))
+        body = message.get("body", b"")
+        total += len(body)
         if total > limit:
             raise larger
+        newest += body
+        is_closed = is_closed or closing in newest
+        newest = newest[1 - len(closing) :]
         return message
 
     asked = Request({name: value for name, value in request.scope.items() if name != "app"}, counted)
@@ -75,6 +80,8 @@ async def read_form(request: Request, limit: int, setting: str) -> AsyncIterator
     except OSError as error:
         raise CannotRender(NO_ROOM) from error
     try:
+        if not is_closed:
+            raise refused("", "a form without its closing boundary", "a whole form", "Send all of it again.")
         yield _checked(dict(parsed.multi_items()), len(parsed.multi_items()))
     finally:
         await parsed.close()

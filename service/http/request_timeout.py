@@ -24,6 +24,7 @@ from uvicorn.server import ServerState
 
 from service.http.connection_limit import Connection
 from service.http.read_turns import TURN_SECONDS, Turns, shared_turns
+from service.http.request_target import use_origin_form
 
 HEAD_SECONDS = 10.0  # far more than a slow link needs; longer lets incomplete requests use up the descriptors
 BODY_SECONDS = 20.0  # shorter closes a radio link after a short interruption
@@ -116,6 +117,7 @@ class RequestTimeout(asyncio.Protocol):
         """Pass a request to the application."""
         self._stop_clock()
         self._answering += 1
+        use_origin_form(scope)
         try:
             await self._application(scope, self._timed(receive) if scope["type"] == "http" else receive, send)
         finally:

@@ -283,7 +283,11 @@ class Connection:
         """Send waiting messages, then the next block if it is due; otherwise sleep until there is something to send."""
         conversation = self.conversation
         while self._outbox:
-            await self._send_all([self._outbox.popleft()])
+            if self._wire.can_send():
+                waiting, self._outbox = self._outbox, deque()
+                self._wire.send_now(list(waiting))
+            else:
+                await self._send_all([self._outbox.popleft()])
         block = self._next_block()
         if block is None:
             await self._sleep(conversation.wait(self._clock()))

@@ -125,6 +125,7 @@ class Conversation:
 
     def refuse(self, problem: Problem) -> None:
         """Report a problem to the client; the stream continues."""
+        self._rate.refused()
         if self.phase is not Phase.OVER:
             self._tell(problem)
 

@@ -2,7 +2,8 @@
 
 Model: messages, pings, pongs and parts of messages are counted in windows of a second. Excess messages are dropped
     unread, and a flood closes the connection. A new window begins only when the count of the last one is used up, so
-    an ordinary message costs one comparison.
+    an ordinary message costs two comparisons. A refusal costs some ten times as much as an ordinary message. Only so
+    many are made in a window: a peer that sends nothing else is then read fast enough to be recognised as a flood.
 Limits: a burst of up to twice the rate may pass across two windows.
 """
 
@@ -12,6 +13,7 @@ from service.problems import Problem
 
 FLOOD = 10  # multiple of the allowed rate that is a flood
 LEAST_FLOOD = 20_000  # fewer frames without a pause are no flood: they may pile up while the service stalls
+MOST_REFUSED = 200  # per second; more would be late messages to a client that does not heed them
 REPORT_SECONDS = 1.0  # between two problems that report the excess
 
 
@@ -21,17 +23,21 @@ class MessageRate:
     def __init__(self, allowed: int, now: float) -> None:
         self.allowed = allowed
         self.flood = max(FLOOD * allowed, LEAST_FLOOD)
-        self._count, self._window, self._reported = 0, now, now - REPORT_SECONDS
+        self._count, self._refused, self._window, self._reported = 0, 0, now, now - REPORT_SECONDS
 
     def admits(self, now: float) -> bool:
         """Count a message; return whether it is within the rate."""
         self._count += 1
-        if self._count <= self.allowed:
+        if self._count <= self.allowed and self._refused < MOST_REFUSED:
             return True
         if now - self._window < 1.0:
             return False
-        self._window, self._count = now, 1
+        self._window, self._count, self._refused = now, 1, 0
         return True
+
+    def refused(self) -> None:
+        """Count a refusal."""
+        self._refused += 1
 
     @property
     def flooded(self) -> bool:
@@ -40,8 +46,10 @@ class MessageRate:
 
     def problem(self) -> Problem:
         """Return the problem that reports the excess."""
-        allowed = f"{self.allowed} messages a second (RIDGEWAVE_MAX_UPDATES)"
-        return Problem("too-fast", f"More than {allowed}: further messages in this second are dropped unread.")
+        excess = f"More than {self.allowed} messages a second (RIDGEWAVE_MAX_UPDATES)"
+        if self._refused >= MOST_REFUSED:
+            excess = f"{MOST_REFUSED} messages were refused in a second"
+        return Problem("too-fast", f"{excess}: further messages in this second are dropped unread.")
 
     def reports(self, now: float) -> bool:
         """Return whether the excess is to be reported now."""

@@ -352,6 +352,8 @@ def allowed_text(made: Mapping[str, Any]) -> str:
     unit = f" {made['x-unit']}" if "x-unit" in made else ""
     if made.get("maximum") == LARGEST_TIME:
         return f"any finite number of{unit}"
+    if made.get("x-unit") == "N":
+        return f"0 to {_digits(made['maximum'])} N; below 0 N only with adhesion"
     if made["type"] in ("integer", "number"):
         whole = "whole, " if made["type"] == "integer" else ""
         return f"{whole}{_digits(made['minimum'])} to {_digits(made['maximum'])}{unit}"

@@ -32,6 +32,7 @@ from websockets.http11 import Request, Response
 from websockets.server import ServerProtocol
 
 from service.http.read_turns import shared_turns
+from service.http.request_target import use_origin_form
 from service.http.security import our_bug
 from service.live.transport import WIRE, Messages, Receiver
 from service.live.websocket_frames import WHOLE_BINARY, WHOLE_TEXT, FrameReader, frame_head
@@ -45,6 +46,7 @@ LINGER_SECONDS = 10.0  # after that, for a slow peer to read the rest; longer: d
 DISCARD_SECONDS = 0.02  # between two reads that discard what such a peer sends
 SHUTDOWN_SECONDS = 0.5  # for streams to fade on a shutdown
 DOUBT_SECONDS = 0.25  # extra time for a pong, because a late service may not have read it yet
+UNREADABLE = "The head of the request has an invalid header, announces a body, or is too large for a WebSocket."
 CLOSING = Problem("closing", "The service is shutting down.")
 BROKEN, RESTART, NOT_TEXT, OURS = 1006, 1012, 1007, 1011  # close codes (RFC 6455, 7.4.1; 1012: its registry)
 
@@ -57,9 +59,8 @@ def _invalid(error: Exception | None) -> Problem:
     """Return the problem of an invalid handshake. It may name a header, but not its value, which may be a key."""
     if isinstance(error, InvalidMethod):
         return Problem("method-not-allowed", "A WebSocket is opened by GET.", headers={"Allow": "GET"})
-    return Problem(
-        "bad-request", f"{getattr(error, 'name', 'The request')} is invalid for a WebSocket (RFC 6455, 4.2.1)."
-    )
+    name = getattr(error, "name", None)
+    return Problem("bad-request", f"{name} is invalid for a WebSocket (RFC 6455, 4.2.1)." if name else UNREADABLE)
 
 
 class LiveProtocol(asyncio.Protocol):
@@ -152,9 +153,7 @@ class LiveProtocol(asyncio.Protocol):
         self.conn.receive_data(request)
         asked = next(iter(self.conn.events_received()), None)
         if not isinstance(asked, Request):
-            self._answered = True
-            self._flush()
-            self.transport.close()
+            self._reject(_invalid(self.conn.handshake_exc))
             return
         self._answer = self.conn.accept(asked)
         if self._answer.status_code != HTTPStatus.SWITCHING_PROTOCOLS:
@@ -162,7 +161,9 @@ class LiveProtocol(asyncio.Protocol):
             return
         self.transport.pause_reading()  # until `deliver`
         self._events.put_nowait({"type": "websocket.connect"})
-        task = self.loop.create_task(self._serve(self._scope(asked)))
+        scope = self._scope(asked)
+        use_origin_form(scope)
+        task = self.loop.create_task(self._serve(scope))
         self._server.tasks.add(task)
         task.add_done_callback(self._server.tasks.discard)
 
@@ -254,8 +255,7 @@ class LiveProtocol(asyncio.Protocol):
     def _respond(self, response: Response) -> None:
         """Answer without an upgrade."""
         self._answered = True
-        self.conn.send_response(response)
-        self._flush()
+        self.transport.write(response.serialize())
         self._events.put_nowait({"type": "websocket.disconnect", "code": BROKEN})
         self.transport.close()
 

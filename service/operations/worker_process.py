@@ -60,6 +60,7 @@ def _ended_by_parent(loop: asyncio.AbstractEventLoop) -> Iterator[None]:
     if parent is None:  # started by hand
         yield
         return
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)  # from a closed terminal: the parent replaces this worker
     pipe = parent.sentinel
 
     def end() -> None:

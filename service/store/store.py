@@ -3,7 +3,8 @@
 Model: one SQLite database, textures.sqlite, in the data folder. A surface is stored once, under its address. A texture
     is a name of an owner that points to a surface. Each change is one transaction, so a process that is killed leaves
     it whole or absent. In WAL mode readers never wait, and writers of several processes take turns. A connection is
-    opened for each call: threads and forked processes share none.
+    opened for each call: threads and forked processes share none. In WAL mode a reader makes small files beside the
+    database. Where it cannot, on a full or read-only disk, the file of the database alone is read.
 Source: SQLite, Atomic Commit In SQLite; Write-Ahead Logging.
 Limits: WAL needs a local disk, not a network share. A call waits up to BUSY_SECONDS for another writer. An address is
     the hash of its content: whoever knows it can use the surface in a scene, also with another key.
@@ -32,6 +33,7 @@ GROUP = "Yours"  # of the list of textures
 NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,63}")
 ALLOWED_NAME = "1 to 64 small letters, digits and -, beginning with a letter or digit"
 BUSY_SECONDS = 20.0
+NO_ROOM = {sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY}
 CACHED = 4  # surfaces in memory, 64 MB each at most
 UNREADABLE = (
     "the imported textures cannot be read or kept. The data folder (RIDGEWAVE_DATA_FOLDER) must be writable and have "
@@ -261,7 +263,7 @@ class Store:
                 database.executescript(TABLES)
                 yield database
             return
-        with _plain_errors(), closing(self._connected()) as database:
+        with _plain_errors(), closing(self._readable()) as database:
             yield database
 
     @contextmanager
@@ -277,6 +279,15 @@ class Store:
                     if database.in_transaction:
                         database.execute("ROLLBACK")
                     raise
+
+    def _readable(self) -> sqlite3.Connection:
+        try:
+            return self._connected()
+        except sqlite3.OperationalError as error:
+            log = self._path.with_name(f"{FILE}-wal")  # of changes that are not in the database yet
+            if error.sqlite_errorcode & 0xFF not in NO_ROOM or (log.exists() and log.stat().st_size):
+                raise
+            return sqlite3.connect(f"{self._path.absolute().as_uri()}?mode=ro&immutable=1", uri=True)
 
     def _connected(self) -> sqlite3.Connection:
         database = sqlite3.connect(self._path, timeout=BUSY_SECONDS, isolation_level=None)

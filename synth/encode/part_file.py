@@ -60,7 +60,7 @@ class PartFile:
             if self.target.exists() and not self.target.is_file():
                 return open(self.target, "wb")
             self.target = Path(os.path.realpath(self.target))
-            name = self.target.name.encode()[:NAME_BYTES].decode(errors="ignore")
+            name = self.target.name.encode(errors="surrogateescape")[:NAME_BYTES].decode(errors="ignore")
             self._part = self.target.with_name(f"{name}.{secrets.token_hex(4)}.part")
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
         return os.fdopen(os.open(self._part, flags, 0o666), "wb")

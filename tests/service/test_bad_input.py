@@ -102,6 +102,16 @@ def test_an_unknown_method_is_405_with_every_method_of_the_path(app: FastAPI, pa
     problem(answer, 405, "method-not-allowed")
 
 
+@pytest.mark.parametrize("path", PATHS)
+def test_head_is_get_without_the_body(app: FastAPI, path: str) -> None:
+    path = path.replace("{session_id}", "none").replace("{name}", "none")
+    head, whole = ask(app, "HEAD", path), ask(app, "GET", path)
+    assert (head.status_code, head.content) == (whole.status_code, b"")
+    same = ("content-type", "content-length", "content-encoding", "etag", "vary", "cache-control", "allow")
+    if path != "/metrics":  # its numbers change
+        assert [head.headers.get(name) for name in same] == [whole.headers.get(name) for name in same]
+
+
 @pytest.mark.parametrize("path", ["/nothing", "/v1/render/", "/v1/textures/none", "/v1/sessions/none"])
 def test_an_unknown_path_is_404(app: FastAPI, path: str) -> None:
     problem(ask(app, "GET", path), 404, "not-found")

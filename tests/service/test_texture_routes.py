@@ -156,6 +156,32 @@ def test_a_part_without_a_filename_is_told_what_it_lacks(own: FastAPI) -> None:
     assert "with a filename" in problem(answer, 422, "request-refused")["detail"]
 
 
+def _part(name: str, content: str) -> bytes:
+    return f'--x\r\nContent-Disposition: form-data; name="{name}"\r\n\r\n{content}\r\n'.encode()
+
+
+@pytest.mark.usefixtures("read_here")
+def test_a_form_that_was_cut_is_refused_and_not_read_without_its_last_part(own: FastAPI) -> None:
+    file = _part('file"; filename="a.csv', "1\n2\n3\n2")
+    whole = file + _part("unit", "um") + _part("pixel", "5um") + _part("level", "tilt")
+    for end, closed in (
+        *((b"", False), (b"--x\r\n", False), (b"--x-", False)),
+        *((b"--x--", True), (b"--x--\r\nsome words", True)),
+    ):
+        for pieces in ([whole + end], [(whole + end)[place : place + 1] for place in range(len(whole + end))]):
+
+            async def body(pieces: list[bytes] = pieces) -> AsyncIterator[bytes]:
+                for piece in pieces:
+                    yield piece
+
+            headers = {"Content-Type": "multipart/form-data; boundary=x"}
+            answer = ask(own, "POST", "/v1/textures?dry_run=true", content=body(), headers=headers)
+            if closed:
+                assert answer.json()["report"]["level"] == "tilt"
+            else:
+                assert "closing boundary" in problem(answer, 422, "request-refused")["detail"]
+
+
 def full(*_: object, **__: object) -> None:
     """Fail as a write to a full disk does."""
     raise OSError(errno.ENOSPC, "No space left on device", "/secret")

@@ -222,6 +222,28 @@ def test_a_service_of_two_workers_stops_and_counts_and_ends_as_one(two_workers: 
     assert not folder.exists()
 
 
+def test_a_closed_terminal_replaces_the_workers_with_a_fade(tmp_path: Path) -> None:
+    short = Path(tempfile.mkdtemp(prefix="rw"))
+    child = Child(WORKERS, tmp_path, RIDGEWAVE_WORKERS="2", TMPDIR=str(short))
+    try:
+        url = child.url()
+        until(lambda: len(list(short.glob("ridgewave-*/*.sock"))) == 2, START)
+        first = set(_spawned(child.process.pid))
+        with live(url) as client:
+            client.hello(pacing="realtime")
+            client.frames(4800)
+            for process in (*first, child.process.pid):  # all that belong to the terminal
+                os.kill(process, signal.SIGHUP)
+            pcm = client.rest()
+            assert (client.code, client.reason, pcm[-1]) == (1001, "shutting down", 0.0)
+        until(lambda: not any(_runs(worker) for worker in first), START)
+        assert httpx.get(f"{url}/healthz", timeout=PATIENCE).status_code == 200
+        child.terminate()
+    finally:
+        child.end()
+        shutil.rmtree(short)
+
+
 @pytest.mark.parametrize(
     "served", [pytest.param(False, marks=pytest.mark.thorough), True], ids=["while they start", "while they serve"]
 )

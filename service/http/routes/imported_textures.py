@@ -111,9 +111,10 @@ async def _uploaded(service: Service, form: Form) -> Uploaded:
     """Return the surface of `form`, read in a process of its own. Raises CannotRender where its files have no room."""
     try:
         with tempfile.TemporaryDirectory(prefix="ridgewave-") as folder:
-            with (Path(folder) / "upload").open("wb") as copy:
+            upload = Path(folder) / "upload"
+            with upload.open("wb") as copy:
                 await asyncio.to_thread(shutil.copyfileobj, form.file.file, copy, 1 << 20)
-            return await service.imports.read(Path(folder), form.file.filename or "", form.fields)
+            return await service.imports.read(upload, form.file.filename or "", form.fields, upload.parent)
     except OSError as error:
         raise CannotRender(NO_ROOM) from error
 

@@ -84,21 +84,37 @@ def test_an_error_is_one_sentence(
     assert json.loads(capsys.readouterr().err)["detail"] == text
 
 
-def test_sigterm_unwinds_the_command(capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_unwinds_the_command(number: signal.Signals, capsys: pytest.CaptureFixture[str]) -> None:
     cleaned: list[str] = []
 
     def command() -> int:
         try:
-            signal.raise_signal(signal.SIGTERM)
+            signal.raise_signal(number)
             return DONE
         finally:
             cleaned.append("up")
 
-    before = signal.getsignal(signal.SIGTERM)
-    assert carry_out(command, as_json=False) == TERMINATED
-    assert cleaned == ["up"]
-    assert signal.getsignal(signal.SIGTERM) == before
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL), signal.getsignal(signal.SIGTERM)
+    try:
+        assert carry_out(command, as_json=False) == TERMINATED
+        assert cleaned == ["up"]
+        assert (signal.getsignal(signal.SIGHUP), signal.getsignal(signal.SIGTERM)) == (signal.SIG_DFL, before[1])
+    finally:
+        signal.signal(signal.SIGHUP, before[0])
     assert "stopped" in capsys.readouterr().err
+
+
+def test_a_command_under_nohup_outlives_the_terminal() -> None:
+    def command() -> int:
+        signal.raise_signal(signal.SIGHUP)
+        return DONE
+
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        assert carry_out(command, as_json=False) == DONE
+    finally:
+        signal.signal(signal.SIGHUP, before)
 
 
 def test_a_bug_keeps_its_traceback() -> None:

@@ -123,3 +123,37 @@ def test_serve_beyond_loopback_without_a_key_does_not_start(ridgewave: RunsRidge
     assert done.returncode in (1, 2)
     assert b"RIDGEWAVE_API_KEYS" in done.stderr
     assert b"Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(("closed", "code"), [((2,), 0), ((0, 2), 0), ((1,), 1), ((1, 2), 1)])
+def test_closed_standard_streams_are_no_bug(
+    ridgewave: RunsRidgewave, tmp_path: Path, closed: tuple[int, ...], code: int
+) -> None:
+    def close() -> None:
+        for descriptor in closed:
+            os.close(descriptor)
+
+    done = ridgewave("render", "grating-1mm-31um", "-o", "out.wav", preexec_fn=close)
+    told = b"" if 2 in closed else b"ridgewave: standard input or output is closed.\n"
+    assert (done.returncode, done.stderr.endswith(told)) == (code, True), done.stderr
+    assert b"Traceback" not in done.stderr and b"Exception" not in done.stderr
+    assert soundfile.info(tmp_path / "out.wav").frames == 96_000
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
+def test_names_that_the_encoding_of_the_output_lacks_are_printed_as_escapes(
+    ridgewave: RunsRidgewave, tmp_path: Path, environment: dict[str, str], encoding: str
+) -> None:
+    own = {"XDG_DATA_HOME": str(tmp_path / ".data"), "PYTHONIOENCODING": f"{encoding}:strict"}
+    output = {"env": {**environment, **own}}
+    for name, escaped in (
+        ("\udcff.wav", rb"\udcff.wav"),
+        ("\u03bb.f32", "\u03bb.f32".encode(encoding, "backslashreplace")),
+    ):
+        done = ridgewave("render", "grating-1mm-31um", "-o", name, **output)
+        assert (done.returncode, done.stdout.startswith(escaped)) == (0, True), done.stderr
+        assert (tmp_path / name).exists()
+        listed = json.loads(
+            ridgewave("render", "grating-1mm-31um", "-o", name, "--json", **output).stdout.decode(encoding)
+        )
+        assert listed["file"].endswith(name)

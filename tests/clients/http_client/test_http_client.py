@@ -229,6 +229,7 @@ def test_a_key_that_no_header_can_hold_is_refused_and_not_shown() -> None:
     [
         httpx.Response(200, content=b"<html>", headers={"Content-Type": "text/html"}),
         httpx.Response(200, json=[1]),
+        httpx.Response(200, content=20_000 * b"["),
     ],
 )
 def test_an_answer_of_another_service_is_a_protocol_error(answer: httpx.Response) -> None:
@@ -236,6 +237,19 @@ def test_an_answer_of_another_service_is_a_protocol_error(answer: httpx.Response
         for call in (client.explain, client.render, client.textures, client.open_session):
             with pytest.raises(ProtocolError):
                 call()
+
+
+def test_a_body_that_cannot_be_unpacked_is_a_protocol_error() -> None:
+    def damaged(_request: httpx.Request) -> httpx.Response:
+        return httpx.Response(200, stream=httpx.ByteStream(b"no gzip"), headers={"Content-Encoding": "gzip"})
+
+    with answering(damaged) as client, pytest.raises(ProtocolError, match="Content-Encoding"):
+        client.textures()
+
+
+def test_a_duration_with_a_unit_is_refused_as_the_number_it_must_be(client: Client) -> None:
+    with client.open_session() as session, pytest.raises(InvalidRequest, match="a number, in s"):
+        session.stream(duration="2 s").__enter__()  # type: ignore[arg-type]
 
 
 def test_a_session_without_its_fields_is_a_protocol_error() -> None:

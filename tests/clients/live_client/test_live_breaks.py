@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,7 @@ from websockets.protocol import Protocol, Side
 from clients import ConnectionLost, ProtocolError, ResumeLost
 from clients.live_client.live_protocol import LiveProtocol, StreamRequest
 from clients.live_client.reconnection import Backoff, Closure
+from synth.errors import InvalidRequest
 from tests.clients.live_client.fake_live import Answer, Close, Message, Service
 from tests.clients.live_client.protocol_cases import BROKEN, Clock, opened, protocol_of, ready, sent, told
 from tests.few import thorough
@@ -148,6 +150,19 @@ def test_a_new_session_with_another_full_scale_is_an_error() -> None:
     protocol.hello()
     protocol.receive(ready(session="s2", full_scale=[3.0]))
     assert isinstance(protocol.over, ProtocolError)
+
+
+@pytest.mark.parametrize("wrong", [-1.0, float("nan"), "2 s"])
+def test_a_backoff_of_no_time_is_refused_with_every_field(wrong: Any) -> None:
+    with pytest.raises(InvalidRequest) as refused:
+        Backoff(first=wrong, largest=wrong, patience=wrong)
+    assert [fault.pointer for fault in refused.value.faults] == ["/first", "/largest", "/patience"]
+    assert Backoff(first=0, largest=0.0, patience=float("inf")).delay(1.0) == 0.0
+
+
+def test_a_patient_client_tries_for_hours() -> None:
+    backoff = Backoff(patience=1e5, uniform=lambda _low, high: high)
+    assert [backoff.delay(2.0 * number) for number in range(3000)][-1] == 2.0
 
 
 def test_delays_between_tries_grow_and_the_tries_end() -> None:

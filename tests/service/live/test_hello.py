@@ -141,7 +141,7 @@ RANGE = "Write a number in this range."
         ('{"type":"contact","seq":1,"time":0,"speed":"9 mm/s"}', "-10 to 10 m/s", "Write a number without a unit."),
         (
             '{"type":"contact","seq":1,"time":0,"speed":0,"load":1e9}',
-            "-1000 to 1000 N",
+            "0 to 1000 N; below 0 N only with adhesion",
             "Write a number in this range.",
         ),
         ('{"type":"more","frames":1e9}', "whole, 1 to 10000000 frames", RANGE),

@@ -56,3 +56,35 @@ def test_after_a_pause_the_count_begins_anew() -> None:
             driver.binary(contact(seq))
         driver.now += 1.0
     assert driver.texts("problem") == []
+
+
+def test_after_200_refusals_the_rest_of_the_second_is_dropped_unread() -> None:
+    driver = Driver(settings_of())
+    driver.hello(pacing="realtime")
+    for _ in range(3000):
+        driver.say("nonsense")
+        driver.now += 0.001
+    kinds = [message["problem"].rpartition("problem-")[2] for message in driver.texts("problem")]
+    assert driver.closed is None and kinds.count("message-refused") == 600 and kinds.count("too-fast") == 3
+    assert driver.texts("problem")[200]["detail"].startswith("200 messages were refused in a second: further")
+    driver.say("stop")
+    assert driver.texts("end")[0]["reason"] == "stopped"
+
+
+def test_a_flood_of_refused_messages_closes_the_connection() -> None:
+    driver = Driver(settings_of())
+    driver.hello(pacing="realtime")
+    for _ in range(20_000):
+        driver.say("nonsense")
+    assert driver.closed is not None and driver.closed.code == 1008
+
+
+def test_a_hand_that_is_refused_now_and_then_loses_nothing() -> None:
+    driver = Driver(settings_of())
+    driver.hello(pacing="realtime")
+    for seq in range(3000):
+        driver.binary(contact(seq, load=0.1 if seq % 6 else -0.1))
+        driver.now += 0.001
+        driver.write()
+    assert {message["problem"] for message in driver.texts("problem")} == {"/docs#problem-message-refused"}
+    assert len(driver.texts("problem")) == 500 and driver.texts("applied")[-1]["seq"] == 2999

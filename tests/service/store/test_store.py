@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import resource
 import signal
 import sqlite3
 import threading
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -151,6 +153,34 @@ def test_a_file_that_is_no_database_is_told(store: Store) -> None:
     (store.folder / FILE).write_bytes(b"not a database" * 100)
     with pytest.raises(CannotRender, match="cannot be read or kept"):
         store.textures("")
+
+
+@contextmanager
+def full_disk() -> Iterator[None]:
+    """Within, no file of this process may grow."""
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, limits[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+
+
+def test_on_a_full_disk_textures_are_read_and_none_is_kept(store: Store) -> None:
+    kept = store.keep("me", "cloth", surface(), "profile", REPORT, FREE)
+    with full_disk():
+        assert store.textures("me") == [kept] and store.surface(kept.address) is not None
+        with pytest.raises(CannotRender, match="must be writable and have room"):
+            store.keep("me", "silk", surface(), "profile", REPORT, FREE)
+    store.keep("me", "silk", surface(), "profile", REPORT, FREE)
+    assert [texture.name for texture in store.textures("me")] == ["cloth", "silk"]
+
+
+def test_changes_that_are_not_in_the_database_yet_are_not_left_out(store: Store) -> None:
+    store.keep("me", "cloth", surface(), "profile", REPORT, FREE)
+    (store.folder / f"{FILE}-wal").write_bytes(b"a change")
+    with full_disk(), pytest.raises(CannotRender):
+        store.textures("me")
 
 
 def test_writers_and_readers_of_one_folder_take_turns(store: Store) -> None:

@@ -1,0 +1,41 @@
+"""`import`: the reader of a file runs in a process of its own, whose crash is told as a fault of the file."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.conftest import RunsRidgewave
+
+HEIGHTS = np.random.default_rng(5).normal(size=(17, 12))
+
+
+def test_a_damaged_file_on_which_its_reader_crashes_is_refused(ridgewave: RunsRidgewave, tmp_path: Path) -> None:
+    pytest.importorskip("SurfaceTopography", reason="needs the extra surfaces")
+    from scipy.io import savemat
+
+    savemat(tmp_path / "scan.mat", {"heights": HEIGHTS})
+    whole = (tmp_path / "scan.mat").read_bytes()
+    place = whole.index(b"\x09\0\0\0" + (8 * HEIGHTS.size).to_bytes(4, "little"))  # the tag of the heights, as float64
+    for kind in (10, 999, 60_000):  # types that the format does not have
+        (tmp_path / "scan.mat").write_bytes(whole[:place] + kind.to_bytes(4, "little") + whole[place + 4 :])
+        done = ridgewave("import", "scan.mat", "--unit", "um", "--pixel", "5um", "--dry-run", cwd=tmp_path)
+        assert (done.returncode, done.stdout) == (2, b""), kind
+        assert b"reader" in done.stderr and b"Copy it again" in done.stderr, kind
+
+
+def test_a_picture_and_a_report_come_from_the_process(ridgewave: RunsRidgewave, tmp_path: Path) -> None:
+    np.save(tmp_path / "scan.npy", HEIGHTS)
+    words = ("import", "scan.npy", "--unit", "um", "--pixel", "5um", "--picture", "scan.png", "--json")
+    done = ridgewave(*words)
+    found = json.loads(done.stdout)
+    assert found["kept"] and found["report"]["points"] == [12, 17] and found["report"]["file"] == "scan.npy"
+    assert (tmp_path / "scan.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_file_that_cannot_be_read_is_named(ridgewave: RunsRidgewave) -> None:
+    done = ridgewave("import", "none.npy", "--unit", "um")
+    assert done.returncode == 2 and b"got no file 'none.npy'" in done.stderr
