@@ -131,6 +131,7 @@ class SimulationPlan:
     peaks: peak at the scan's speed and load, or along a recording, SI.
     pilot: the pilot from which these were computed.
     finer: the same simulation with steps of half the length.
+    coarser: two simulations that differ in their points or in their table only, the coarser one first; or none.
     filtered: the part of `errors` that the filter lets through.
     """
 
@@ -141,6 +142,7 @@ class SimulationPlan:
     peaks: tuple[float, ...]
     pilot: Pilot
     finer: Simulation
+    coarser: tuple[Simulation, ...]
     filtered: float
 
     @property
@@ -181,7 +183,7 @@ def plan_simulation(case: SimulationCase, terms: Terms) -> SimulationPlan:
     busy, patience = (BUSY, PATIENCE) if case.live else (BUSY_FILE, PATIENCE_FILE)
     counts = _points(case, terms, busy)
     tried = started(_first_simulation(case, terms, counts[0]), case)
-    of_points = _table_errors(case, tried)
+    of_points, pair = _table_errors(case, tried)
     coarse = not case.live and max(of_points) > TOO_COARSE * case.tolerance
     if coarse and terms.adhesion is None and case.contact.of_one_line:
         return plan_simulation(case, replace(terms, skin=ELASTIC))
@@ -191,6 +193,7 @@ def plan_simulation(case: SimulationCase, terms: Terms) -> SimulationPlan:
         stepper = skin_stepper(case, terms, count, tried.simulation.reference)[0]
         tried = started(replace(tried.simulation, stepper=stepper), case)
         of_points = tuple(LEFT_BY_POINTS * one for one in tried.differs_from(before))
+        pair = before.simulation, tried.simulation
         enough = not tried.repeats or max(of_points) <= POINTS_SHARE * case.tolerance
         if enough or 2.0 * tried.work > patience:
             break
@@ -207,7 +210,7 @@ def plan_simulation(case: SimulationCase, terms: Terms) -> SimulationPlan:
     parts = zip(of_steps, of_points, _start_errors(case, tried), strict=True)
     errors = tuple(4.0 / 3.0 * steps + sum(others) + filtered for steps, *others in parts)
     ready = replace(tried.simulation, scene=case.scene, offset=tried.offset)
-    return SimulationPlan(ready, case.orders, change, errors, peaks, tried, finer.simulation, filtered)
+    return SimulationPlan(ready, case.orders, change, errors, peaks, tried, finer.simulation, pair, filtered)
 
 
 def _points(case: SimulationCase, terms: Terms, busy: float) -> list[int]:
@@ -221,13 +224,17 @@ def _points(case: SimulationCase, terms: Terms, busy: float) -> list[int]:
     return counts
 
 
-def _table_errors(case: SimulationCase, tried: Pilot) -> tuple[float, ...]:
-    """Return the error of each order by the table, from the change by a table half as fine. It is 0 without a table."""
+def _table_errors(case: SimulationCase, tried: Pilot) -> tuple[tuple[float, ...], tuple[Simulation, ...]]:
+    """Return the error of each order by the table, from the change by a table half as fine, and these two simulations.
+
+    The error is 0 without a table.
+    """
     coarser = tried.simulation.stepper.coarser()
     if coarser is None or not tried.repeats:
-        return (0.0,) * len(case.orders)
+        return (0.0,) * len(case.orders), ()
     other = started(replace(tried.simulation, stepper=coarser), case)
-    return tuple(LEFT_BY_POINTS * one for one in other.differs_from(tried))
+    errors = tuple(LEFT_BY_POINTS * one for one in other.differs_from(tried))
+    return errors, (other.simulation, tried.simulation)
 
 
 def _start_errors(case: SimulationCase, tried: Pilot) -> tuple[float, ...]:
@@ -338,4 +345,5 @@ def _filters_of(case: SimulationCase, terms: Terms, steps: int) -> Decimator:
         widening = WIDENING_AFTER_HAND if case.by_hand else WIDENING
         kept, removed = narrow, min(widening * narrow, MOVING_BAND[1])
     heavy = terms.mass * (math.pi * kept * rate) ** 2 > stiffness_round(case.contact, case.pressed)
-    return Decimator.of(orders, rate, steps, (kept, removed), _attenuation_of(case), of_mass=heavy)
+    late = 0.0 if terms.skin is None else 1.0 - terms.skin.coefficients(1.0 / (rate * steps))[2]
+    return Decimator.of(orders, rate, steps, (kept, removed), _attenuation_of(case), of_mass=heavy, late=late)

@@ -3,6 +3,8 @@
 Model   y is the value at a step. A frame is the sum over the steps near it of (y - y at the frame) times the taps. For
         order 0, y at the frame is added back. Motion at rest therefore gives exactly y, and derivatives of exactly 0.
         The taps are a Kaiser-windowed sinc, convolved with the central difference of the order.
+        Values that belong to a time before their step, such as a pressure in the middle of a step, have taps of their
+        own: the same filter, shifted by that part of a step.
         The simulated steps of a mass follow a fast force with too small an amplitude; the filter compensates for that.
 Source  Kaiser (1974): length of the window for a transition and an attenuation. Fornberg (1988): differences.
 Limits  Linear phase: a frame needs the steps of `margin` frames on both sides. In the pass band the gain is that of the
@@ -28,8 +30,8 @@ REACH = 12  # steps on each side of a difference: its error is 1e-7 at 0.225 of 
 class Decimator:
     """Filters from one rate of steps to one rate of frames.
 
-    taps: float64 [orders, 2 margin steps + 1], of d^k/dt^k in s^-k.
-    orders: order k of the derivative in each row of `taps`.
+    taps: float64 [orders + 1, 2 margin steps + 1], of d^k/dt^k in s^-k. The last row has order 0, of late values.
+    orders: order k of the derivative in each other row of `taps`.
     margin: frames on each side of a frame.
     steps: steps per frame.
     """
@@ -49,6 +51,7 @@ class Decimator:
         attenuation: float,
         *,
         of_mass: bool = False,
+        late: float = 0.0,
     ) -> Decimator:
         """Return the filters of `orders`.
 
@@ -57,6 +60,7 @@ class Decimator:
         band: end of the pass band and start of the stop band, as parts of the rate.
         attenuation: dB.
         of_mass: compensate for the amplitude that the steps of a mass lose.
+        late: time between a late value and the end of its step, as a part of the step.
         """
         passing, stopping = band
         asked = attenuation + SPARE
@@ -66,11 +70,13 @@ class Decimator:
         before = (
             np.arange(margin * steps, -margin * steps - 1, -1) / steps
         )  # time of each step before the frame, in frames
-        low = np.sinc((passing + stopping) * before) * np.kaiser(len(before), beta)
+        window = np.kaiser(len(before), beta)
+        lows = [np.sinc((passing + stopping) * (before + one / steps)) * window for one in (0.0, late)]
         if of_mass:
-            low = _made_up(low, math.pi * min(1.2 * stopping / steps, 0.5))
-        low /= np.sum(low)
-        taps = np.stack([np.convolve(low, _difference(order)) * (float(rate) * steps) ** order for order in orders])
+            lows = [_made_up(low, math.pi * min(1.2 * stopping / steps, 0.5)) for low in lows]
+        low, shifted = (one / np.sum(one) for one in lows)
+        rows = [np.convolve(low, _difference(order)) * (float(rate) * steps) ** order for order in orders]
+        taps = np.stack([*rows, np.pad(shifted, REACH)])
         margin += math.ceil(REACH / steps)
         spare = (taps.shape[1] - 1) // 2 - margin * steps
         taps = np.pad(taps, ((0, 0), (-spare, -spare)))
@@ -81,13 +87,19 @@ class Decimator:
         """Size of the taps in bytes."""
         return int(self.taps.nbytes)
 
+    @property
+    def late_row(self) -> int:
+        """Index of the row of `taps` for late values."""
+        return len(self.orders)
+
     def read(self, values: Array, row: int, frames: int) -> Array:
-        """Return `frames` frames of order `orders[row]`.
+        """Return `frames` frames of order `orders[row]`, or of late values.
 
         values: float64 [(frames - 1 + 2 margin) steps + 1], from `margin` frames before the first frame on.
         """
         out = np.empty(frames)
-        filter_frames(values, self.taps[row], self.steps, self.orders[row] == 0, out)
+        keep = row == self.late_row or self.orders[row] == 0
+        filter_frames(values, self.taps[row], self.steps, keep, out)
         return out
 
 
