@@ -132,7 +132,7 @@ class SimulationPlan:
     pilot: the pilot from which these were computed.
     finer: the same simulation with steps of half the length.
     coarser: two simulations that differ in their points or in their table only, the coarser one first; or none.
-    filtered: the part of `errors` that the filter lets through.
+    filtered: the part of `errors` that the filter lets through, or takes from the end of the band.
     """
 
     simulation: Simulation
@@ -206,7 +206,7 @@ def plan_simulation(case: SimulationCase, terms: Terms) -> SimulationPlan:
             break
         tried = finer
     change, peaks = _change_and_peaks(case, tried)
-    filtered = 10.0 ** (-_attenuation_of(case) / 20.0)
+    filtered = 10.0 ** (-_attenuation_of(case) / 20.0) + tried.simulation.filters.droop
     parts = zip(of_steps, of_points, _start_errors(case, tried), strict=True)
     errors = tuple(4.0 / 3.0 * steps + sum(others) + filtered for steps, *others in parts)
     ready = replace(tried.simulation, scene=case.scene, offset=tried.offset)
@@ -346,4 +346,5 @@ def _filters_of(case: SimulationCase, terms: Terms, steps: int) -> Decimator:
         kept, removed = narrow, min(widening * narrow, MOVING_BAND[1])
     heavy = terms.mass * (math.pi * kept * rate) ** 2 > stiffness_round(case.contact, case.pressed)
     late = 0.0 if terms.skin is None else 1.0 - terms.skin.coefficients(1.0 / (rate * steps))[2]
-    return Decimator.of(orders, rate, steps, (kept, removed), _attenuation_of(case), of_mass=heavy, late=late)
+    both = kept, removed
+    return Decimator.of(orders, rate, steps, both, _attenuation_of(case), of_mass=heavy, late=late, live=case.live)

@@ -9,6 +9,7 @@ Model   y is the value at a step. A frame is the sum over the steps near it of (
 Source  Kaiser (1974): length of the window for a transition and an attenuation. Fornberg (1988): differences.
 Limits  Linear phase: a frame needs the steps of `margin` frames on both sides. In the pass band the gain is that of the
         derivative, with a relative error below the attenuation. In the stop band less than the attenuation is left.
+        A band that needs too many frames gets a wider transition, which reaches into the pass band (`droop`).
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ import numpy as np
 from synth.arrays import Array
 from synth.kernels import signed_kernel, summing
 
-LONGEST = 1024  # frames on one side of a frame; a band that would need more gets a wider transition
+LONGEST = 1024  # frames on one side of a frame, behind a hand and where blocks have deadlines
+MOST_TAPS = 1 << 14  # steps on one side of a frame in a file, if these are more frames: 10 us per frame
 SPARE = 3.0  # dB added to the requested attenuation: Kaiser's fit is up to 2 dB short
 REACH = 12  # steps on each side of a difference: its error is 1e-7 at 0.225 of the step rate, less below
 
@@ -34,12 +36,14 @@ class Decimator:
     orders: order k of the derivative in each other row of `taps`.
     margin: frames on each side of a frame.
     steps: steps per frame.
+    droop: error of the gain at the end of the pass band.
     """
 
     taps: Array
     orders: tuple[int, ...]
     margin: int
     steps: int
+    droop: float
 
     @classmethod
     def of(
@@ -52,6 +56,7 @@ class Decimator:
         *,
         of_mass: bool = False,
         late: float = 0.0,
+        live: bool = True,
     ) -> Decimator:
         """Return the filters of `orders`.
 
@@ -61,10 +66,12 @@ class Decimator:
         attenuation: dB.
         of_mass: compensate for the amplitude that the steps of a mass lose.
         late: time between a late value and the end of its step, as a part of the step.
+        live: whether the filter reaches over LONGEST frames at most.
         """
         passing, stopping = band
         asked = attenuation + SPARE
-        margin = min(LONGEST, math.ceil((asked - 8.0) / (2.285 * 2.0 * math.pi * (stopping - passing)) / 2.0) + 1)
+        longest = LONGEST if live else max(LONGEST, MOST_TAPS // steps)
+        margin = min(longest, math.ceil((asked - 8.0) / (2.285 * 2.0 * math.pi * (stopping - passing)) / 2.0) + 1)
         beta = 0.1102 * (asked - 8.7)  # Kaiser's fit, for 50 dB and more
         assert steps >= 2, "the differences need at least two steps per frame"
         before = (
@@ -72,6 +79,7 @@ class Decimator:
         )  # time of each step before the frame, in frames
         window = np.kaiser(len(before), beta)
         lows = [np.sinc((passing + stopping) * (before + one / steps)) * window for one in (0.0, late)]
+        droop = abs(1.0 - float(lows[0] @ np.cos(2.0 * math.pi * passing * before) / np.sum(lows[0])))
         if of_mass:
             lows = [_made_up(low, math.pi * min(1.2 * stopping / steps, 0.5)) for low in lows]
         low, shifted = (one / np.sum(one) for one in lows)
@@ -80,7 +88,7 @@ class Decimator:
         margin += math.ceil(REACH / steps)
         spare = (taps.shape[1] - 1) // 2 - margin * steps
         taps = np.pad(taps, ((0, 0), (-spare, -spare)))
-        return cls(taps, orders, margin, steps)
+        return cls(taps, orders, margin, steps, droop)
 
     @property
     def nbytes(self) -> int:
