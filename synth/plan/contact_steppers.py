@@ -24,6 +24,7 @@ from synth.effects.simulation.pulp import Pulp, attracted_mean
 from synth.effects.simulation.steps import Stepper, StiffnessLaw
 from synth.effects.simulation.terms import Terms
 from synth.plan.effect_choice import MEAN_PHASES, SimulationCase, outputs_of
+from synth.plan.request import N_MAX, harmonics_in_band
 from synth.response.mean_approach import MEAN_PHASES as MEAN_PLACES
 from synth.response.mean_approach import Mean, mean_curve, mean_of
 
@@ -73,7 +74,8 @@ def table_stepper(case: SimulationCase, terms: Terms) -> tuple[Stepper, Mean]:
         pull = terms.adhesion.stress * contact.width_at(load) * contact.geometry_at(load).contact_length
     stiffness = StiffnessLaw.of(contact, heaviest, case.scene.scan.lift_load)
     exact = LOOSEST_TABLE if case.by_hand else min(max(TABLE_SHARE * case.tolerance, TIGHTEST_TABLE), LOOSEST_TABLE)
-    table = EnergyTable.of(contact, load, lightest, heaviest, sunk, reach, exact, live=case.live)
+    held = harmonics_in_band(case.scene, N_MAX) if terms.mass == 0.0 else 0
+    table = EnergyTable.of(contact, load, lightest, heaviest, sunk, reach, exact, harmonics=held, live=case.live)
     period = contact.geometry.texture_period
     stepper = TableStepper(table, stiffness, terms.mass, terms.damping, pull, reach, period, forces)
     if pull == 0.0:

@@ -63,6 +63,8 @@ TABLE_STEPS = 0.25  # the same, live, as a part of the error of the table if tha
 TOO_COARSE = 4.0  # error of a file's table over the tolerance, above which points replace the table; they cost more
 POINTS_SHARE = 0.5  # error of the skin's points, as a part of the tolerance
 LEFT_BY_POINTS = 0.55  # error over the change by half the points: order 1.5, from kinks where surfaces begin to touch
+LEFT_BY_CORNERS = 1.0  # the same on a texture with corners: order 1
+LEFT_BY_TABLE = 1.0  # error over the change by a table half as fine: derivatives of z gain one order, or less
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,11 +190,13 @@ def plan_simulation(case: SimulationCase, terms: Terms) -> SimulationPlan:
     if coarse and terms.adhesion is None and case.contact.of_one_line:
         return plan_simulation(case, replace(terms, skin=ELASTIC))
     allowed = [max(SETTLED * case.tolerance, TABLE_STEPS * one * case.live) for one in of_points]
+    profile = case.contact.geometry.profile
+    left = LEFT_BY_POINTS if profile is None or not profile.corners.size else LEFT_BY_CORNERS
     for count in counts[1:]:
         before = tried
         stepper = skin_stepper(case, terms, count, tried.simulation.reference)[0]
         tried = started(replace(tried.simulation, stepper=stepper), case)
-        of_points = tuple(LEFT_BY_POINTS * one for one in tried.differs_from(before))
+        of_points = tuple(left * one for one in tried.differs_from(before))
         pair = before.simulation, tried.simulation
         enough = not tried.repeats or max(of_points) <= POINTS_SHARE * case.tolerance
         if enough or 2.0 * tried.work > patience:
@@ -233,7 +237,7 @@ def _table_errors(case: SimulationCase, tried: Pilot) -> tuple[tuple[float, ...]
     if coarser is None or not tried.repeats:
         return (0.0,) * len(case.orders), ()
     other = started(replace(tried.simulation, stepper=coarser), case)
-    errors = tuple(LEFT_BY_POINTS * one for one in other.differs_from(tried))
+    errors = tuple(LEFT_BY_TABLE * one for one in other.differs_from(tried))
     return errors, (other.simulation, tried.simulation)
 
 
