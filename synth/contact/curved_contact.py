@@ -12,7 +12,8 @@ Model   The finger is a parabola d below its ridges, about the middle xc of the 
         The solver spans a length D about xc, with no pressure at its ends at any phase. D / 2 is
         sqrt(2 R (a1 + a2 - z0)), where z never falls below z0 (`lowest_approach`). The reaction is kappa D times the
         solver's mean over D. That integral is the same over any longer D, so the D of a heavy load serves all lighter
-        ones (`over_loads`), and only kappa depends on the load.
+        ones (`over_loads`), and only kappa depends on the load. Attraction pulls z below z0 and reaches across gaps;
+        D / 2 is then sqrt(2 R (a1 + a2 - z0 + both)).
 Source  Johnson, Contact Mechanics (1985), sec. 4.3 (Winkler foundation, parabola); Fagiani & Barbieri (2016), eqs 1, 2,
         4, 5; the rest is derived here.
 Limits  As for `profile_solver`. Where z is below z0 (a finger thrown onto the surface harder than its load), `measure`
@@ -141,11 +142,13 @@ class RoundContact(Contact):
     geometry, stiffness: of the nominal contact length.
     finger: the finger without its ridges.
     least_span: load (N) whose length D is also used for lighter loads; 0: each load has its own.
+    deeper: distance (m) below z0 down to which heights lie within D.
     """
 
     of_one_shape = False
     finger: RoundFinger
     least_span: float = 0.0
+    deeper: float = 0.0
 
     @classmethod
     def of(
@@ -173,11 +176,11 @@ class RoundContact(Contact):
 
     def geometry_at(self, load: float) -> Geometry:
         """Return the surfaces over the solved length D at `load` (N); SceneError where D is too long."""
-        return _spanned(self.geometry, self.finger, max(load, self.least_span))
+        return _spanned(self.geometry, self.finger, max(load, self.least_span), self.deeper)
 
-    def over_loads(self, heaviest: float) -> RoundContact:
+    def over_loads(self, heaviest: float, deeper: float = 0.0) -> RoundContact:
         """See `Contact`: beyond the length D of the heaviest load no lighter load touches."""
-        return replace(self, least_span=heaviest)
+        return replace(self, least_span=heaviest, deeper=deeper)
 
     @property
     def stiffness_exponent(self) -> float:
@@ -226,9 +229,12 @@ class RoundContact(Contact):
 
 
 @lru_cache(maxsize=SPANS_KEPT)
-def _spanned(geometry: Geometry, finger: RoundFinger, load: float) -> Geometry:
-    """Return `geometry` over the length D about its middle, beyond which nothing touches at `load` (N) at any phase."""
-    room = geometry.extent[1] - lowest_approach(geometry, finger.radius, finger.area(load))
+def _spanned(geometry: Geometry, finger: RoundFinger, load: float, deeper: float = 0.0) -> Geometry:
+    """Return `geometry` over the length D about its middle, beyond which nothing touches at `load` (N) at any phase.
+
+    deeper: distance (m) by which z may be lower than at that load.
+    """
+    room = geometry.extent[1] + deeper - lowest_approach(geometry, finger.radius, finger.area(load))
     span = 2.0 * math.sqrt(2.0 * finger.radius * room)
     if not span <= LONGEST_SPAN:
         value = f"a radius of {finger.radius:.4g} m, which touches within {span:.3g} m at a load of {load:.3g} N"

@@ -133,8 +133,10 @@ class Contact:
         """Return the surfaces over the length that the solver spans at `load` (N)."""
         return self.geometry
 
-    def over_loads(self, heaviest: float) -> Contact:
+    def over_loads(self, heaviest: float, deeper: float = 0.0) -> Contact:
         """Return this contact over one length that serves all loads up to `heaviest` (N).
+
+        deeper: distance (m) below the lowest z of these loads to which the length serves too, on a round finger.
 
         Its reaction is k(w) times a mean of max(h - z, 0) that depends on phase and z only, if it is `of_one_surface`.
         """

@@ -24,6 +24,7 @@ from synth.effects.simulation.pulp import Pulp, attracted_mean
 from synth.effects.simulation.steps import Stepper, StiffnessLaw
 from synth.effects.simulation.terms import Terms
 from synth.plan.effect_choice import MEAN_PHASES, SimulationCase, outputs_of
+from synth.plan.request import N_MAX, harmonics_in_band
 from synth.response.mean_approach import MEAN_PHASES as MEAN_PLACES
 from synth.response.mean_approach import Mean, mean_curve, mean_of
 
@@ -32,6 +33,7 @@ HAND_MEAN = 0.1  # tolerance of the mean of z over a hand's load, which a hand n
 HAND_PLACES = 128  # for that mean: 512 change it by at most 1e-4 of the peak-to-peak from 0.05 N on, 4e-4 at 1 mN
 LIGHTEST = 0.01  # N, smallest load of the table for a varying load
 TABLE_SHARE = 0.2  # error of the table, as a part of the tolerance
+PULLS = 2  # a round finger that is pulled deeper is longer, and then pulled a little more
 LOOSEST_TABLE, TIGHTEST_TABLE = 1e-3, 1e-5  # of z: derivatives need a tighter one; beyond the tightest it takes seconds
 
 
@@ -62,14 +64,18 @@ def table_stepper(case: SimulationCase, terms: Terms) -> tuple[Stepper, Mean]:
 
     load, forces, (lightest, heaviest) = case.pressed, bool(outputs_of(case.scene)), _loads_covered(case)
     contact = case.contact.over_loads(heaviest)
-    stiffness = StiffnessLaw.of(contact, heaviest, case.scene.scan.lift_load)
     reach = pull = sunk = 0.0
     if terms.adhesion is not None:
         reach = terms.adhesion.reach
+        for _ in range(PULLS):
+            pull = terms.adhesion.stress * contact.width_at(load) * contact.geometry_at(load).contact_length
+            sunk = reach + _sunk(contact, load, heaviest, pull)
+            contact = case.contact.over_loads(heaviest, sunk)
         pull = terms.adhesion.stress * contact.width_at(load) * contact.geometry_at(load).contact_length
-        sunk = reach + _sunk(contact, load, heaviest, pull)
+    stiffness = StiffnessLaw.of(contact, heaviest, case.scene.scan.lift_load)
     exact = LOOSEST_TABLE if case.by_hand else min(max(TABLE_SHARE * case.tolerance, TIGHTEST_TABLE), LOOSEST_TABLE)
-    table = EnergyTable.of(contact, load, lightest, heaviest, sunk, reach, exact, live=case.live)
+    held = harmonics_in_band(case.scene, N_MAX) if terms.mass == 0.0 else 0
+    table = EnergyTable.of(contact, load, lightest, heaviest, sunk, reach, exact, harmonics=held, live=case.live)
     period = contact.geometry.texture_period
     stepper = TableStepper(table, stiffness, terms.mass, terms.damping, pull, reach, period, forces)
     if pull == 0.0:

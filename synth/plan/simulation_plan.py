@@ -63,6 +63,8 @@ TABLE_STEPS = 0.25  # the same, live, as a part of the error of the table if tha
 TOO_COARSE = 4.0  # error of a file's table over the tolerance, above which points replace the table; they cost more
 POINTS_SHARE = 0.5  # error of the skin's points, as a part of the tolerance
 LEFT_BY_POINTS = 0.55  # error over the change by half the points: order 1.5, from kinks where surfaces begin to touch
+LEFT_BY_CORNERS = 1.0  # the same on a texture with corners: order 1
+LEFT_BY_TABLE = 1.0  # error over the change by a table half as fine: derivatives of z gain one order, or less
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +133,8 @@ class SimulationPlan:
     peaks: peak at the scan's speed and load, or along a recording, SI.
     pilot: the pilot from which these were computed.
     finer: the same simulation with steps of half the length.
-    filtered: the part of `errors` that the filter lets through.
+    coarser: two simulations that differ in their points or in their table only, the coarser one first; or none.
+    filtered: the part of `errors` that the filter lets through, or takes from the end of the band.
     """
 
     simulation: Simulation
@@ -141,6 +144,7 @@ class SimulationPlan:
     peaks: tuple[float, ...]
     pilot: Pilot
     finer: Simulation
+    coarser: tuple[Simulation, ...]
     filtered: float
 
     @property
@@ -181,16 +185,19 @@ def plan_simulation(case: SimulationCase, terms: Terms) -> SimulationPlan:
     busy, patience = (BUSY, PATIENCE) if case.live else (BUSY_FILE, PATIENCE_FILE)
     counts = _points(case, terms, busy)
     tried = started(_first_simulation(case, terms, counts[0]), case)
-    of_points = _table_errors(case, tried)
+    of_points, pair = _table_errors(case, tried)
     coarse = not case.live and max(of_points) > TOO_COARSE * case.tolerance
     if coarse and terms.adhesion is None and case.contact.of_one_line:
         return plan_simulation(case, replace(terms, skin=ELASTIC))
     allowed = [max(SETTLED * case.tolerance, TABLE_STEPS * one * case.live) for one in of_points]
+    profile = case.contact.geometry.profile
+    left = LEFT_BY_POINTS if profile is None or not profile.corners.size else LEFT_BY_CORNERS
     for count in counts[1:]:
         before = tried
         stepper = skin_stepper(case, terms, count, tried.simulation.reference)[0]
         tried = started(replace(tried.simulation, stepper=stepper), case)
-        of_points = tuple(LEFT_BY_POINTS * one for one in tried.differs_from(before))
+        of_points = tuple(left * one for one in tried.differs_from(before))
+        pair = before.simulation, tried.simulation
         enough = not tried.repeats or max(of_points) <= POINTS_SHARE * case.tolerance
         if enough or 2.0 * tried.work > patience:
             break
@@ -203,11 +210,11 @@ def plan_simulation(case: SimulationCase, terms: Terms) -> SimulationPlan:
             break
         tried = finer
     change, peaks = _change_and_peaks(case, tried)
-    filtered = 10.0 ** (-_attenuation_of(case) / 20.0)
+    filtered = 10.0 ** (-_attenuation_of(case) / 20.0) + tried.simulation.filters.droop
     parts = zip(of_steps, of_points, _start_errors(case, tried), strict=True)
     errors = tuple(4.0 / 3.0 * steps + sum(others) + filtered for steps, *others in parts)
     ready = replace(tried.simulation, scene=case.scene, offset=tried.offset)
-    return SimulationPlan(ready, case.orders, change, errors, peaks, tried, finer.simulation, filtered)
+    return SimulationPlan(ready, case.orders, change, errors, peaks, tried, finer.simulation, pair, filtered)
 
 
 def _points(case: SimulationCase, terms: Terms, busy: float) -> list[int]:
@@ -221,13 +228,17 @@ def _points(case: SimulationCase, terms: Terms, busy: float) -> list[int]:
     return counts
 
 
-def _table_errors(case: SimulationCase, tried: Pilot) -> tuple[float, ...]:
-    """Return the error of each order by the table, from the change by a table half as fine. It is 0 without a table."""
+def _table_errors(case: SimulationCase, tried: Pilot) -> tuple[tuple[float, ...], tuple[Simulation, ...]]:
+    """Return the error of each order by the table, from the change by a table half as fine, and these two simulations.
+
+    The error is 0 without a table.
+    """
     coarser = tried.simulation.stepper.coarser()
     if coarser is None or not tried.repeats:
-        return (0.0,) * len(case.orders)
+        return (0.0,) * len(case.orders), ()
     other = started(replace(tried.simulation, stepper=coarser), case)
-    return tuple(LEFT_BY_POINTS * one for one in other.differs_from(tried))
+    errors = tuple(LEFT_BY_TABLE * one for one in other.differs_from(tried))
+    return errors, (other.simulation, tried.simulation)
 
 
 def _start_errors(case: SimulationCase, tried: Pilot) -> tuple[float, ...]:
@@ -338,4 +349,6 @@ def _filters_of(case: SimulationCase, terms: Terms, steps: int) -> Decimator:
         widening = WIDENING_AFTER_HAND if case.by_hand else WIDENING
         kept, removed = narrow, min(widening * narrow, MOVING_BAND[1])
     heavy = terms.mass * (math.pi * kept * rate) ** 2 > stiffness_round(case.contact, case.pressed)
-    return Decimator.of(orders, rate, steps, (kept, removed), _attenuation_of(case), of_mass=heavy)
+    late = 0.0 if terms.skin is None else 1.0 - terms.skin.coefficients(1.0 / (rate * steps))[2]
+    both = kept, removed
+    return Decimator.of(orders, rate, steps, both, _attenuation_of(case), of_mass=heavy, late=late, live=case.live)

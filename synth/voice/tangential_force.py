@@ -3,8 +3,8 @@
 Stage   3 (VOICE), used only by the effect `tangential`.
 Model   In a steady scan the slope force and friction are one series. In a motion each has a response table, and the
         direction of friction is applied at each frame. In a simulation both are read from its frames.
-Limits  The error of a simulated force is 4/3 of the change when the time steps are halved, plus what the filter lets
-        through.
+Limits  The error of a simulated force is that of z in `simulation_plan`, at the scan's own speed and load, without what
+        has not settled where the scan begins.
 """
 
 from __future__ import annotations
@@ -36,6 +36,7 @@ QUANTITY = "tangential_force"
 READ_AS = "displacement", "approach"  # how the tables are read: the slope force has no mean, friction has one
 LIVE_WORK, FILE_WORK = 2.0, 8.0  # times the work of a contact's table: a phase of friction takes ten times as long
 MOST_ERROR = 1.0  # of the peak-to-peak: a larger error is refused, if the table lacks harmonics in the band
+LEFT_BY_COARSER = 1.0  # error over the change by half the points or table: a force has slopes, of a lower order than z
 SIMULATED = (Signal(SLOPE, 0), Signal(PRESS, 0))
 
 
@@ -239,9 +240,13 @@ def _simulated_channel(solved: Preparation, law: Any) -> AddedChannel:
     assert solved.effects is not None and solved.effects.simulation is not None
     plan = solved.effects.simulation
     direction = math.tanh(solved.scene.scan.speed / law.reversal_speed)
-    runs = [Running(one, SIMULATED).along(0, plan.pilot.moved.shape[1]) for one in (plan.nominal, plan.finer)]
-    coarse, fine = (slope + direction * law.friction_coefficient * pressed for slope, pressed in runs)
+    simulations = plan.nominal, plan.finer, *plan.coarser
+    runs = [Running(one, SIMULATED).along(0, plan.pilot.moved.shape[1]) for one in simulations]
+    coarse, fine, *pair = (slope + direction * law.friction_coefficient * pressed for slope, pressed in runs)
     extent, peak = float(np.ptp(fine)), float(np.max(np.abs(fine)))
     scale = law.full_scale or (peak / PEAK if peak > STILL else 1.0)
-    error = 4.0 / 3.0 * float(np.max(np.abs(fine - coarse))) / extent if extent > 0.0 else 0.0
+    left = 4.0 / 3.0 * float(np.max(np.abs(fine - coarse)))
+    if pair:
+        left += LEFT_BY_COARSER * float(np.max(np.abs(pair[1] - pair[0])))
+    error = left / extent if extent > 0.0 else 0.0
     return AddedChannel(QUANTITY, scale, extent, error + plan.filtered + ROUNDING, "simulation")

@@ -96,8 +96,18 @@ def surface(waves, table, places, angle, h):
 
 
 @numba.njit(cache=True)
+def work(g, z, waves, angle, width):
+    """Return minus the integral of max(g - z, 0) times the slope of the cosine over its angle (m^2)."""
+    cosine, sine, total = math.cos(angle), math.sin(angle), 0.0
+    for j in range(len(g)):
+        part = 0.5 if j in (0, len(g) - 1) else 1.0
+        total += part * max(g[j] - z, 0.0) * (waves[2, j] * cosine + waves[1, j] * sine)
+    return total * width
+
+
+@numba.njit(cache=True)
 def creep(x, shape, press, solid, pace, total, indentation, table):
-    """Return z at every step, beginning with the elastic contact.
+    """Return z (m) and, on a cosine, the force on its slopes (N) at every step, beginning with the elastic contact.
 
     table: heights (m) of a period of a texture of any kind, at equal distances from x = 0; empty: a cosine.
     """
@@ -110,13 +120,14 @@ def creep(x, shape, press, solid, pace, total, indentation, table):
     places = wave2 * x / (2.0 * math.pi)
     fading = 1.0 / (1.0 + step / times)
     springs, free, g = np.zeros((len(weights), count)), np.zeros(count), np.empty(count)
-    heights, velocity = np.empty(total), 0.0
+    heights, forces, velocity = np.empty(total), np.zeros(total), 0.0
     hard = 1.0 + times[0] / step if len(weights) == 0 else (rest + np.sum(weights * fading)) / rest
     surface(waves, table, places, phase + turn * total, g)
     z = balanced(g, np.min(g) - indentation, width, kappa, load, (0.0, 0.0, 0.0, 0.0), 0.0, 0.0)
     u = np.maximum(g - z, 0.0)
     for i in range(total):
-        surface(waves, table, places, phase - turn * (i + 1 - total), g)
+        angle = phase - turn * (i + 1 - total)
+        surface(waves, table, places, angle, g)
         for j in range(count):
             if len(weights) == 0:
                 free[j] = u[j] * fading[0]
@@ -134,7 +145,9 @@ def creep(x, shape, press, solid, pace, total, indentation, table):
             u[j] = after
         velocity = z - before  # per step
         heights[i] = z
-    return heights
+        if len(table) == 0:
+            forces[i] = kappa * hard * wave2 * work(g, z, waves, angle, width)
+    return heights, forces
 
 
 @dataclass(frozen=True)
@@ -162,24 +175,26 @@ class Creep:
         """Period of the texture (m)."""
         return float(self.touch.texture_period if self.profile is None else self.profile.period)
 
-    def last_period(self, steps: int, periods: float) -> Complex:
+    def last_period(self, steps: int, periods: float, *, of_force: bool = False) -> Complex:
         """Return the harmonics below steps / 2 of z (m), from `steps` equal times of the last of `periods` periods.
 
         The last time is t = 0 of eq. 2.
+
+        of_force: those of the force on the slopes of a cosine (N) instead.
         """
         touch = self.touch
-        found, step = stiffness(touch), self.period / abs(self.speed) / steps
+        law, step = stiffness(touch), self.period / abs(self.speed) / steps
         waves = (2 * math.pi / touch.ridge_period, 2 * math.pi / self.period)
         known = self.profile is None
         shape = (touch.ridge_amplitude, touch.texture_amplitude, *waves, touch.phase if known else 0.0)
         table = np.empty(0) if known else self.profile.heights(np.arange(KNOTS) / KNOTS * self.period)
         x = np.linspace(0.0, touch.contact_length, self.places)
         heavy = (self.mass / step**2, self.damping / step, self.spring, self.rest)
-        press = (found.k / touch.contact_length, touch.load, heavy)
+        press = (law.k / touch.contact_length, touch.load, heavy)
         solid = (np.array(self.solid.times), np.array(self.solid.weights))
         turn = math.copysign(2 * math.pi / steps, self.speed)
-        heights = creep(x, shape, press, solid, (step, turn), round(steps * periods), found.indentation, table)
-        return np.fft.rfft(np.roll(heights[-steps:], 1))[: steps // 2] / steps
+        found = creep(x, shape, press, solid, (step, turn), round(steps * periods), law.indentation, table)[of_force]
+        return np.fft.rfft(np.roll(found[-steps:], 1))[: steps // 2] / steps
 
     def extrapolated(self, coarse: Complex, fine: Complex) -> Harmonics:
         """Return z (m) of the steady scan from two runs, of which the second has twice the steps."""

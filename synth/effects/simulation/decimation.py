@@ -3,10 +3,13 @@
 Model   y is the value at a step. A frame is the sum over the steps near it of (y - y at the frame) times the taps. For
         order 0, y at the frame is added back. Motion at rest therefore gives exactly y, and derivatives of exactly 0.
         The taps are a Kaiser-windowed sinc, convolved with the central difference of the order.
+        Values that belong to a time before their step, such as a pressure in the middle of a step, have taps of their
+        own: the same filter, shifted by that part of a step.
         The simulated steps of a mass follow a fast force with too small an amplitude; the filter compensates for that.
 Source  Kaiser (1974): length of the window for a transition and an attenuation. Fornberg (1988): differences.
 Limits  Linear phase: a frame needs the steps of `margin` frames on both sides. In the pass band the gain is that of the
         derivative, with a relative error below the attenuation. In the stop band less than the attenuation is left.
+        A band that needs too many frames gets a wider transition, which reaches into the pass band (`droop`).
 """
 
 from __future__ import annotations
@@ -19,7 +22,8 @@ import numpy as np
 from synth.arrays import Array
 from synth.kernels import signed_kernel, summing
 
-LONGEST = 1024  # frames on one side of a frame; a band that would need more gets a wider transition
+LONGEST = 1024  # frames on one side of a frame, behind a hand and where blocks have deadlines
+MOST_TAPS = 1 << 14  # steps on one side of a frame in a file, if these are more frames: 10 us per frame
 SPARE = 3.0  # dB added to the requested attenuation: Kaiser's fit is up to 2 dB short
 REACH = 12  # steps on each side of a difference: its error is 1e-7 at 0.225 of the step rate, less below
 
@@ -28,16 +32,18 @@ REACH = 12  # steps on each side of a difference: its error is 1e-7 at 0.225 of 
 class Decimator:
     """Filters from one rate of steps to one rate of frames.
 
-    taps: float64 [orders, 2 margin steps + 1], of d^k/dt^k in s^-k.
-    orders: order k of the derivative in each row of `taps`.
+    taps: float64 [orders + 1, 2 margin steps + 1], of d^k/dt^k in s^-k. The last row has order 0, of late values.
+    orders: order k of the derivative in each other row of `taps`.
     margin: frames on each side of a frame.
     steps: steps per frame.
+    droop: error of the gain at the end of the pass band.
     """
 
     taps: Array
     orders: tuple[int, ...]
     margin: int
     steps: int
+    droop: float
 
     @classmethod
     def of(
@@ -49,6 +55,8 @@ class Decimator:
         attenuation: float,
         *,
         of_mass: bool = False,
+        late: float = 0.0,
+        live: bool = True,
     ) -> Decimator:
         """Return the filters of `orders`.
 
@@ -57,37 +65,49 @@ class Decimator:
         band: end of the pass band and start of the stop band, as parts of the rate.
         attenuation: dB.
         of_mass: compensate for the amplitude that the steps of a mass lose.
+        late: time between a late value and the end of its step, as a part of the step.
+        live: whether the filter reaches over LONGEST frames at most.
         """
         passing, stopping = band
         asked = attenuation + SPARE
-        margin = min(LONGEST, math.ceil((asked - 8.0) / (2.285 * 2.0 * math.pi * (stopping - passing)) / 2.0) + 1)
+        longest = LONGEST if live else max(LONGEST, MOST_TAPS // steps)
+        margin = min(longest, math.ceil((asked - 8.0) / (2.285 * 2.0 * math.pi * (stopping - passing)) / 2.0) + 1)
         beta = 0.1102 * (asked - 8.7)  # Kaiser's fit, for 50 dB and more
         assert steps >= 2, "the differences need at least two steps per frame"
         before = (
             np.arange(margin * steps, -margin * steps - 1, -1) / steps
         )  # time of each step before the frame, in frames
-        low = np.sinc((passing + stopping) * before) * np.kaiser(len(before), beta)
+        window = np.kaiser(len(before), beta)
+        lows = [np.sinc((passing + stopping) * (before + one / steps)) * window for one in (0.0, late)]
+        droop = abs(1.0 - float(lows[0] @ np.cos(2.0 * math.pi * passing * before) / np.sum(lows[0])))
         if of_mass:
-            low = _made_up(low, math.pi * min(1.2 * stopping / steps, 0.5))
-        low /= np.sum(low)
-        taps = np.stack([np.convolve(low, _difference(order)) * (float(rate) * steps) ** order for order in orders])
+            lows = [_made_up(low, math.pi * min(1.2 * stopping / steps, 0.5)) for low in lows]
+        low, shifted = (one / np.sum(one) for one in lows)
+        rows = [np.convolve(low, _difference(order)) * (float(rate) * steps) ** order for order in orders]
+        taps = np.stack([*rows, np.pad(shifted, REACH)])
         margin += math.ceil(REACH / steps)
         spare = (taps.shape[1] - 1) // 2 - margin * steps
         taps = np.pad(taps, ((0, 0), (-spare, -spare)))
-        return cls(taps, orders, margin, steps)
+        return cls(taps, orders, margin, steps, droop)
 
     @property
     def nbytes(self) -> int:
         """Size of the taps in bytes."""
         return int(self.taps.nbytes)
 
+    @property
+    def late_row(self) -> int:
+        """Index of the row of `taps` for late values."""
+        return len(self.orders)
+
     def read(self, values: Array, row: int, frames: int) -> Array:
-        """Return `frames` frames of order `orders[row]`.
+        """Return `frames` frames of order `orders[row]`, or of late values.
 
         values: float64 [(frames - 1 + 2 margin) steps + 1], from `margin` frames before the first frame on.
         """
         out = np.empty(frames)
-        filter_frames(values, self.taps[row], self.steps, self.orders[row] == 0, out)
+        keep = row == self.late_row or self.orders[row] == 0
+        filter_frames(values, self.taps[row], self.steps, keep, out)
         return out
 
 

@@ -40,6 +40,8 @@ MOST_LIVE = 1 << 18  # the same for a live voice: half a second
 MOST_WORK = 1 << 28  # nodes times cells of the contact's grid: a second or two
 LEAST_NODES = 1 << 15  # always permitted for a file, whatever the work: the first 512 rows of a fine texture
 FEWEST_ROWS = 64  # phases of the first attempt: an error of 1e-3 to 1e-2
+ROWS_A_HARMONIC = 4  # phases per harmonic, if a mass does not smooth z: with fewer, the coarser table lacks harmonics
+MOST_FIRST_ROWS = 2048  # phases of the first attempt, for more harmonics
 CELLS_OF_MOTION = 6.0  # steps of d per peak-to-peak of z, in the first attempt
 FEWEST_CELLS, MOST_CELLS = 6, 9  # log2 of the number of steps of d, in the first attempt
 BASE_PHASES = 512  # phases at which the curve b and the range of heights are found
@@ -116,6 +118,7 @@ class EnergyTable:
         above: float = 0.0,
         tolerance: float = 1e-3,
         *,
+        harmonics: int = 0,
         live: bool = False,
     ) -> EnergyTable:
         """Return the table that keeps `tolerance`, or the best table within the bounds on nodes and work.
@@ -125,6 +128,7 @@ class EnergyTable:
             the tolerance is relative to the distance of z from those heights.
         below, above: distances (m) from those heights that the cells also cover. The cells always cover the loss of
             contact, and a peak-to-peak of z below the heights.
+        harmonics: number of harmonics of z that the table has to hold, as far as the bounds permit.
         live: whether a live voice waits for the table, which then has at most MOST_LIVE nodes.
         """
         span = _Range.of(contact, load, min(lightest, load), max(heaviest, load), below, above)
@@ -133,7 +137,10 @@ class EnergyTable:
         most = min(MOST_LIVE, most) if live else min(MOST_NODES, max(LEAST_NODES, most))
         wanted = math.ceil(math.log2(CELLS_OF_MOTION * (span.top - span.bottom) / span.motion))
         cells = 1 << min(max(wanted, FEWEST_CELLS), MOST_CELLS)
-        nodes = span.measured(np.arange(FEWEST_ROWS) / FEWEST_ROWS, np.arange(cells + 1) / cells)
+        rows = FEWEST_ROWS
+        while rows < min(ROWS_A_HARMONIC * harmonics, MOST_FIRST_ROWS) and 4 * rows * (cells + 1) <= most:
+            rows *= 2
+        nodes = span.measured(np.arange(rows) / rows, np.arange(cells + 1) / cells)
         tables = [span.table(nodes, probes, tolerance)]
         while tables[-1].error > tolerance and 2 * nodes[0, :, 1:].size <= most:
             fewer_rows, fewer_cells = (span.table(part, probes, tolerance) for part in (nodes[:, ::2], nodes[..., ::2]))

@@ -257,7 +257,9 @@ class Running:
         out = np.empty((len(self.signals), frames))
         for row, signal in enumerate(self.signals):
             near = values[self._kinds.index(signal.kind)]
-            out[row] = filters.read(near, filters.orders.index(signal.order), frames)
+            late = signal.kind in (SLOPE, PRESS)
+            taps = filters.late_row if late else filters.orders.index(signal.order)
+            out[row] = filters.read(near, taps, frames)
         self._kept = values[:, frames * steps :].copy()
         return out
 

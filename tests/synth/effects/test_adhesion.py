@@ -137,3 +137,19 @@ def test_a_pull_that_is_held_all_the_time_is_never_silent() -> None:
     found, wanted, load, _touch = rendered(-0.005)
     assert np.all(wanted.held == 1.0) and np.min(load) < 0.0
     assert np.all(found[60:] != 0.0)
+
+
+def test_a_band_of_many_harmonics_errs_by_no_more_than_the_plan_says() -> None:
+    document: dict[str, Any] = {
+        "finger": {"contact_length": "1.2 mm", "ridge_period": "0.43 mm", "ridge_amplitude": "8 um"},
+        "texture": {"kind": "grating", "period": "3.2 mm", "height": "17 um", "duty": 0.7, "ramp": "0.25 mm"},
+        "scan": {"speed": "0.22 m/s", "load": "0.09 N"},
+        "effects": {"adhesion": {"stress": "10 kPa", "reach": "16 um"}},
+        "output": {"channels": list(QUANTITIES), "sample_rate": 48000, "bandwidth": "full"},
+    }
+    voice, exact = (open_voice({**document, "accuracy": {"tolerance": one}}) for one in (1e-3, 2e-5))
+    found, wanted = (physical(one, 2400) for one in (voice, exact))
+    errors = np.max(np.abs(found - wanted), axis=0) / np.ptp(wanted, axis=0)
+    told = [voice.plan.estimated_error[one] for one in QUANTITIES]
+    assert np.all(errors <= told), f"errs by {errors}, reported {told}"
+    assert errors[2] <= 0.02

@@ -98,7 +98,7 @@ def rooted(excess: Callable[[float, Any], float], z: float, there: Any) -> float
     return float(brentq(excess, *sorted((z, other)), args=(there,), xtol=1e-16))
 
 
-def attracted(points: Points, area: float) -> Real:
+def attracted(points: Points, area: float, stress: float = STRESS, reach: float = REACH) -> Real:
     """Return z (m) of a finger that is attracted, at every place, followed from one to the next.
 
     area: of a point, m^2.
@@ -107,7 +107,7 @@ def attracted(points: Points, area: float) -> Real:
 
     def excess(z: float, heights: Real) -> float:
         depth = heights - z
-        pull = STRESS * area * float(np.sum(np.clip(1.0 + depth / REACH, 0.0, 1.0)))
+        pull = stress * area * float(np.sum(np.clip(1.0 + depth / reach, 0.0, 1.0)))
         return share * float(np.sum(np.maximum(depth, 0.0))) - pull - LOAD
 
     found = []
@@ -124,6 +124,15 @@ def test_an_attraction_pulls_as_brute_force_does(kind: str) -> None:
     scene = scene_of("default", {"adhesion": {}}, finger=FINGERS[kind])
     points = points_of(kind, scene, HEAVIEST)
     z = attracted(points, area_of(kind, scene, points))
+    wanted = Harmonics(np.fft.rfft(z) / COUNT, scene.scan.speed / points.period)
+    check_quantities(scene, (wanted,), 1e-3)
+
+
+def test_an_attraction_reaches_beyond_the_places_that_touch_without_it() -> None:
+    finger, law = {"kind": "probe", "youngs_modulus": "2 MPa"}, {"stress": 2e4, "reach": 1.5e-5}
+    scene = scene_of("default", {"adhesion": law}, finger=finger)
+    points = points_of("probe", scene, 8.0 * HEAVIEST)
+    z = attracted(points, area_of("probe", scene, points), **law)
     wanted = Harmonics(np.fft.rfft(z) / COUNT, scene.scan.speed / points.period)
     check_quantities(scene, (wanted,), 1e-3)
 

@@ -12,10 +12,11 @@ from synth.errors import SceneError
 from synth.scene.scene import Scene
 from tests.few import thorough
 from tests.reference.adhesion_oracle import Path
+from tests.reference.creeping_oracle import Creep, Solid
 from tests.reference.moving_oracle import Finger, Harmonics, Profile, Reaction, elastic, steady_scan
 from tests.reference.pressure_oracle import Surfaces, power_mean
 from tests.reference.stiffness_oracle import Touch, stiffness
-from tests.synth.effects.whole_renders import SHORT, errors_of, named, scene_of
+from tests.synth.effects.whole_renders import SHORT, errors_of, kept_band, named, scene_of
 from tests.synth.engine_cases import Real, physical, touch_of
 
 FORCE = "tangential_force"
@@ -136,6 +137,36 @@ def test_with_a_mass_the_force_errs_by_no_more_than_the_plan_says(stress: float)
     voice = open_voice(scene)
     error = errors_of(scene, voice, {FORCE: (wanted, 0)})[FORCE]
     assert error <= voice.plan.estimated_error[FORCE]
+
+
+@pytest.mark.parametrize("bandwidth", ["full", 1000.0])
+def test_on_viscous_skin_the_force_errs_by_no_more_than_the_plan_says(bandwidth: float | str) -> None:
+    effects = {"viscous_skin": {}, "tangential": {"friction_coefficient": 0}}
+    finger, scan, output = {"contact_length": "1.5 mm"}, {"load": "75 mN"}, {"bandwidth": bandwidth}
+    scene = scene_of("default", effects, finger=finger, scan=scan, output=output, accuracy={"tolerance": 1e-2})
+    skin = Creep(touch_of(scene), scene.scan.speed, Solid((scene.effects["viscous_skin"].time_constant,)), 2400)
+    runs = [skin.last_period(steps, 3, of_force=True) for steps in (512, 1024, 2048)]
+    wanted, rougher = skin.extrapolated(*runs[1:]), skin.extrapolated(*runs[:2])
+    signals = [one.signal(0, np.arange(800), RATE, kept_band(scene)) for one in (wanted, rougher)]
+    own = float(np.max(np.abs(signals[1] - signals[0])) / np.ptp(signals[0]))
+    voice = open_voice(scene)
+    error = errors_of(scene, voice, {FORCE: (wanted, 0)})[FORCE]
+    told = voice.plan.estimated_error[FORCE]
+    assert own <= 0.2 * told, f"the oracle errs by {own:.2g}"
+    assert error <= told + own <= 0.01
+
+
+def test_the_error_of_a_simulated_force_contains_that_of_the_table() -> None:
+    document = {
+        "finger": {"kind": "probe", "tip_radius": "0.45 mm", "youngs_modulus": "288 MPa"},
+        "texture": {"kind": "harmonics", "period": "1.08 mm", "amplitudes": ["11.3 um", "10.6 um"]},
+        "scan": {"speed": "30.6 mm/s", "load": "0.967 N"},
+        "effects": {"adhesion": {"stress": "3.4 kPa", "reach": "16.8 um"}, "tangential": {"friction_coefficient": 0.9}},
+        "output": {"sample_rate": RATE},
+    }
+    force, told = tangential(parse_scene(document), 0.1)
+    exact, _told = tangential(parse_scene({**document, "accuracy": {"tolerance": 2e-5}}), 0.1)
+    assert np.max(np.abs(force - exact)) <= told * np.ptp(exact)
 
 
 def test_no_load_is_no_force() -> None:

@@ -167,3 +167,18 @@ def test_slow_scans_are_elastic() -> None:
         changes.append(np.max(np.abs(moved - still)) / np.ptp(still))
     assert changes[0] > 5e-3
     assert changes[0] > 1.5 * changes[1] > 2.25 * changes[2] or changes[2] <= 2e-3
+
+
+def test_on_corners_the_error_of_the_points_is_told() -> None:
+    document: dict[str, Any] = {
+        "finger": {"ridge_period": "0.44 mm", "ridge_amplitude": "24 um", "contact_length": "3.15 mm"},
+        "texture": {"kind": "grating", "period": "0.5 mm", "height": "31 um", "duty": 0.7, "ramp": "86 um"},
+        "scan": {"speed": "125 mm/s", "load": "0.17 N"},
+        "effects": {"viscous_skin": {"time_constant": "1.2 ms"}},
+        "output": {"channels": list(QUANTITIES), "sample_rate": 8000},
+    }
+    voice, exact = (open_voice({**document, "accuracy": {"tolerance": one}}) for one in (1e-2, 1e-3))
+    found, wanted = (physical(one, 800) for one in (voice, exact))
+    errors = np.max(np.abs(found - wanted), axis=0) / np.ptp(wanted, axis=0)
+    told = [voice.plan.estimated_error[one] for one in QUANTITIES]
+    assert np.all(errors <= told), f"errs by {errors}, reported {told}"

@@ -178,6 +178,20 @@ def test_the_stop_band_is_gone(steps: int, attenuation: float, band: tuple[float
         assert np.max(np.abs(found)) < 10.0 ** (-attenuation / 20.0)
 
 
+@pytest.mark.parametrize(("live", "least", "most"), [(False, 0.0, 1e-3), (True, 0.05, 0.2)])
+def test_the_gain_at_the_end_of_a_narrow_band_is_told(live: bool, least: float, most: float) -> None:
+    band = 100 / 48000, 150 / 48000
+    filters = Decimator.of((0, 2), 48000, 2, band, 80.0, live=live)
+    gain = 0.0
+    for frequency in np.linspace(0.1, 1.0, 10) * band[0]:
+        count = 2 * filters.margin * filters.steps + 1
+        y = np.cos(2.0 * np.pi * frequency * (np.arange(count) / filters.steps - filters.margin))
+        found = filters.read(y, 0, 1)
+        gain = max(gain, abs(found[0] - 1.0))
+    assert gain <= filters.droop + 1e-4
+    assert least <= filters.droop <= most
+
+
 @pytest.mark.parametrize("order", [0, 1, 2])
 def test_what_stands_still_is_exactly_still(order: int) -> None:
     filters = Decimator.of((order,), RATE, 2, (0.4, 0.45), 90.0)
