@@ -26,6 +26,7 @@ from synth.scene.scene import Scene
 from synth.surfaces.height_field import HeightField
 
 MEAN_SHARE = 50.0  # times the tolerance: the costly mean on a line over an area, whose error is then a twentieth of it
+OF_ACCELERATION = 0.03  # part of the tolerance that the mean keeps for it, since a load may pass its knots quickly
 PLACES = 512  # places of a long surface at which the peaks of displacement and approach are computed
 
 
@@ -61,7 +62,8 @@ def own_mean(asked: Request, contact: Any, tolerance: float) -> Mean:
     if isinstance(contact.geometry.profile, HeightField):
         tolerance = min(max(MEAN_SHARE * tolerance, MEAN_TOLERANCE), AREA_MEAN_TOLERANCE)
         return mean_curve(contact, asked.loads, pressed(asked.scene), tolerance, AREA_PLACES, AREA_MEANS)
-    return mean_curve(contact, asked.loads, pressed(asked.scene), tolerance)
+    part = OF_ACCELERATION if 2 in asked.orders else 1.0
+    return mean_curve(contact, asked.loads, pressed(asked.scene), part * tolerance)
 
 
 def has_approach(scene: Scene) -> bool:

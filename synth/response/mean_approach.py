@@ -25,7 +25,7 @@ Mean = Callable[[Array], Array]
 Heights = Callable[[Array, float], Array]
 """z (m) at each of some phases (turns) and at one load (N)."""
 
-FEWEST_MEANS, MOST_MEANS = 33, 1025  # loads at which the mean is solved
+FEWEST_MEANS, MOST_MEANS = 33, 2049  # loads at which the mean is solved
 MEAN_PHASES = 512  # phases per load, of a period that is solved as a series
 MEAN_ERROR = 1e-3  # largest error, relative to the tolerance times the peak-to-peak of z
 GOLDEN, NO_LOAD = 0.618033988749895, 1e-9  # turns across per place along; N, a load that the solver treats as none

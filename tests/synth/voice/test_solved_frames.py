@@ -179,3 +179,18 @@ def test_a_narrow_band_takes_solutions_in_proportion_and_sounds_as_a_wide_one_cu
     scaled = open_voice(recorded(output=output | {"sample_rate": RATE}))
     found, wanted = physical(narrow, 8 * 2400)[::8], physical(scaled, 2400)
     assert np.max(np.abs(found - wanted) / np.ptp(wanted, axis=0)) <= 2e-3
+
+
+def test_a_load_that_swings_through_full_contact_keeps_the_told_error_of_the_acceleration() -> None:
+    """The mean that displacement leaves out has kinks there. A load that passes its knots quickly hears their error."""
+    times = np.arange(1601) / RATE
+    points = np.stack([times, 0.021 * times, 1.64 + 0.91 * np.sin(145.0 * times + 5.34)], axis=1).tolist()
+    finger = {"contact_length": "3 mm", "ridge_amplitude": "5.2 um"}
+    parts = {"finger": finger, "texture": {"period": "0.536 mm", "amplitude": "4.5 um"}, "scan": {"trajectory": points}}
+    output = {"quantity": "acceleration", "sample_rate": RATE, "full_scale": 100}
+    found, exact = (
+        open_voice(scene_of(**parts, output=output, accuracy={"tolerance": tolerance})) for tolerance in (1e-3, 1e-5)
+    )
+    missed = np.max(np.abs(physical(found, 1600) - physical(exact, 1600))[240:-240])
+    told, response = found.plan.estimated_error["acceleration"], found.plan.response["channels"][0]
+    assert missed <= told * response["peak_to_peak"] and told <= 1e-3
