@@ -61,7 +61,7 @@ export class FingertipStream {
   /** Closes the stream. */
   close() {
     this.lift();
-    this.opening?.abort(); // the service solves no contact that nobody waits for
+    this.opening?.abort(); // nobody waits for its stream
     this.opening = null;
     this.finger?.close();
     this.finger = null;
