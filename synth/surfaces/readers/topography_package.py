@@ -37,10 +37,12 @@ def read(path: Path, ending: str) -> SurfaceFile:
     """Return the contents. Raises InvalidRequest, and CannotRender if the package is not installed but may read it."""
     with path.open("rb") as file:
         head = file.read(HEAD_BYTES)
+    if mesh_as_text(head):
+        refuse_unknown(head, ending, path)
     try:
         from SurfaceTopography.IO import MagicMatch, readers
     except ImportError as error:
-        if mesh_as_text(head) or ((found := known(head, ending, path)) and not may_be_read(found[0])):
+        if (found := known(head, ending, path)) and not may_be_read(found[0]):
             refuse_unknown(head, ending, path)
         raise CannotRender(
             f"The format of this file may be read by the package SurfaceTopography, which is not installed: {INSTALL}. "
