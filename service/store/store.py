@@ -317,7 +317,7 @@ def _texture(row: tuple[str, str, str, str, str]) -> StoredTexture:
     try:
         return StoredTexture(name, address, kind, json.loads(report), created)
     except ValueError as error:
-        raise CannotRender(UNREADABLE + (f" It is {folder}." if folder else "")) from error
+        raise CannotRender(UNREADABLE) from error
 
 
 def _row(database: sqlite3.Connection, owner: str, name: str) -> StoredTexture | None:
