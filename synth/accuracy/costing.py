@@ -137,8 +137,11 @@ def _contact_summary(solved: Preparation) -> dict[str, Any]:
     turns = np.arange(PHASES) / PHASES
     _depth, touching = contact.measure(turns, contact.approach(turns, load)[0], load)
     length = float(np.mean(touching)) * contact.geometry_at(load).contact_length
-    summary["stiffness"] = contact.stiffness_at(load)
-    summary["contact_fraction"] = length / solved.scene.finger.contact_length
+    # a round finger is solved over a length beyond its contact, which is no length of the finger
+    spanned = contact.dome > 0.0
+    summary["stiffness"] = contact.stiffness.stiffness(load) if spanned else contact.stiffness_at(load)
+    whole = contact.width_at(load) if spanned else max(solved.scene.finger.contact_length, length)
+    summary["contact_fraction"] = min(1.0, length / whole)
     groups = Groups.of_contact(contact.geometry, contact.stiffness, load)
     summary["groups"] = None if groups is None else asdict(groups)
     if solved.spectrum is not None and not solved.simulated and solved.turns:
