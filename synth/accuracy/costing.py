@@ -126,7 +126,7 @@ def _unfelt(scene: Scene, plan: Plan) -> dict[str, Any]:
 
 
 def _contact_summary(solved: Preparation) -> dict[str, Any]:
-    """Return stiffness (N/m), contact_fraction, rms (SI, per quantity), sensation_level_db and groups.
+    """Return stiffness (N/m; k of eqs 4-5, or dw/dz of a round finger), contact_fraction, rms (SI, per quantity), sensation_level_db and groups.
 
     A value that is not known is None.
     """
@@ -135,10 +135,14 @@ def _contact_summary(solved: Preparation) -> dict[str, Any]:
     if contact is None or load <= 0.0:
         return summary
     turns = np.arange(PHASES) / PHASES
-    _depth, touching = contact.measure(turns, contact.approach(turns, load)[0], load)
+    height, falls = contact.approach(turns, load)
+    _depth, touching = contact.measure(turns, height, load)
     length = float(np.mean(touching)) * contact.geometry_at(load).contact_length
-    summary["stiffness"] = contact.stiffness_at(load)
-    summary["contact_fraction"] = length / solved.scene.finger.contact_length
+    # a round finger is solved over a length beyond its contact: k over that length is no property of the finger
+    spanned = contact.dome > 0.0
+    summary["stiffness"] = -1.0 / float(np.mean(falls)) if spanned else contact.stiffness_at(load)
+    whole = contact.width_at(load) if spanned else max(solved.scene.finger.contact_length, length)
+    summary["contact_fraction"] = min(1.0, length / whole)
     groups = Groups.of_contact(contact.geometry, contact.stiffness, load)
     summary["groups"] = None if groups is None else asdict(groups)
     if solved.spectrum is not None and not solved.simulated and solved.turns:

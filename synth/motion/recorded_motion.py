@@ -8,8 +8,8 @@ Model   Position and load are each a piecewise polynomial of degree 5. At each p
         coefficients increase:
             0, h d0 / 5, h (2 d0 / 5 + h s0 / 20), D - h (2 d1 / 5 - h s1 / 20), D - h d1 / 5, D
         The coefficients bound the curve, so position and load stay within the range of two neighbouring points.
-        The load has zero slope at the first and the last point, where the finger lands and lifts. Beyond them the
-        position continues in a straight line.
+        The load has zero slope at the first and the last point. Beyond them the position continues in a straight line.
+        Time counts from the first point. `rendered_part` leaves out the points after the end of a finite output.
 Source  Sufficient conditions for a monotone polynomial in Bernstein form (de Boor, A Practical Guide to Splines, 1978).
         The estimates of d and s, and their reduction, are this project's own.
 Limits  Exact at the points and for straight lines. For a smooth motion with points every h, the position error is below
@@ -28,6 +28,7 @@ from synth.arrays import Array
 from synth.scene.point_spacing import merged_places, spaced_times
 from synth.scene.scene import Scene
 
+CLOSE_ENDS, LEAST_DURATION = 0.01, 2e-3  # of the output, s: a recording that ends as near as this ends with it
 CLOSE_LOOK = 8  # places between two points at which the largest speed is searched
 
 
@@ -64,14 +65,13 @@ class Curve:
 class RecordedMotion:
     """A recording.
 
-    start, end: times of its first and last point, s.
+    end: time of its last point, s; the first is at 0.
     place, load: curves over the time, m and N. The place is how far the surface has moved along x.
     area: curves of how far it has moved across (m) and of the direction of the finger (rad); None: a motion along x.
     loads: smallest and largest load, N.
     warnings: about changes to the recorded points.
     """
 
-    start: float
     end: float
     place: Curve
     load: Curve
@@ -83,7 +83,9 @@ class RecordedMotion:
     def of(cls, scene: Scene) -> RecordedMotion:
         """Return the motion of the trajectory of `scene`."""
         assert scene.scan.trajectory is not None
-        times, *places, loads = np.array(scene.scan.trajectory).T
+        recorded = np.array(scene.scan.trajectory)
+        recorded[:, 0] -= recorded[0, 0]
+        times, *places, loads = recorded.T
         if len(places) > 1:  # a finger at x, y: the surface has moved the other way
             x, y, direction = places
             places = [-x, -y, np.unwrap(direction)]  # the short way round, as for a live hand
@@ -92,9 +94,9 @@ class RecordedMotion:
         place, *area = (Curve.through(merged_times, row, level_ends=False) for row in merged)
         load = Curve.through(spaced, loads, level_ends=True)
         changed = _changes(times, np.abs(place.value(times) - places[0]), len(merged_times), np.abs(spaced - times))
-        ends = min(float(times[0]), float(spaced[0])), max(float(times[-1]), float(spaced[-1]))
+        end = max(float(times[-1]), float(spaced[-1]))
         known = (float(loads.min()), float(loads.max()))
-        return cls(*ends, place, load, known, changed, (area[0], area[1]) if area else None)
+        return cls(end, place, load, known, changed, (area[0], area[1]) if area else None)
 
     def fastest(self) -> float:
         """Return the largest absolute speed (m/s)."""
@@ -104,6 +106,30 @@ class RecordedMotion:
         moments = np.append(looked.ravel(), knots[-1])
         across = 0.0 if self.area is None else self.area[0].slope(moments)
         return float(np.max(np.hypot(self.place.slope(moments), across)))
+
+
+def rendered_part(scene: Scene) -> tuple[Scene, tuple[str, ...]]:
+    """Return `scene` without the points of its trajectory that follow the output, and a warning where there are any.
+
+    The part ends with the first point that is not before the end of the output, so nothing after it decides a sample.
+    The warning also says where a recording ends before the output does.
+    """
+    points, duration = scene.scan.trajectory, scene.output.duration
+    if points is None:
+        return scene, ()
+    begin, length = points[0][0], points[-1][0] - points[0][0]
+    if length < duration - max(CLOSE_ENDS * duration, LEAST_DURATION):
+        return scene, (
+            f"The recording ends after {length:.6g} s. The finger lifts there: the rest of {duration:.6g} s is silent.",
+        )
+    end = begin + duration * (1.0 - 1e-12)
+    last = max(next(number for number, point in enumerate(points) if point[0] >= end or number == len(points) - 1), 1)
+    if last == len(points) - 1:
+        return scene, ()
+    scan = scene.scan.model_copy(update={"trajectory": points[: last + 1]})
+    scan = scan.model_copy(update=scan.derived())
+    told = f"The recording lasts {length:.6g} s. The first {duration:.6g} s are rendered, as output.duration says."
+    return scene.model_copy(update={"scan": scan}), (told,)
 
 
 def _changes(times: Array, off: Array, places: int, shifts: Array) -> tuple[str, ...]:

@@ -2,8 +2,8 @@
 
 Model   Constant scan: p = u t. Stroke: see `stroke_motion`. Trajectory: the curves of `recorded_motion`. Over an area
         the surface moves by p along a line at the angle `heading`, or along the recorded places. Before the first and
-        after the last point of a trajectory, the position continues in a straight line and the load falls to zero
-        within LIFT_TIME.
+        after the last point of a trajectory, the position continues in a straight line and the load stays. Where the
+        output lasts longer than the trajectory, the load falls to zero within LIFT_TIME after the last point.
 Source  design, section 4.
 """
 
@@ -19,28 +19,30 @@ from synth.motion.motion import ACROSS, DIRECTION, LOAD, LOAD_BEND, LOAD_RATE, N
 from synth.motion.recorded_motion import Curve, RecordedMotion
 from synth.scene.scene import Scene
 
-LIFT_TIME = 0.02  # s, duration of landing before a trajectory and of lifting after it; a shorter one clicks
+LIFT_TIME = 0.02  # s, duration of lifting after a trajectory; a shorter one clicks
 
 
 class ScanMotion:
     """The motion of a scene's scan at any frame.
 
     rate: frames per second; by default that of the output.
-    start: time at which a recording begins, s; 0 for any other scan.
+    whole: for a voice that may play longer than `output.duration`, and lifts in any case.
     duration: time at which a recording ends, s; infinite for any other scan.
+    lifts: whether the finger lifts after a recording.
     """
 
-    def __init__(self, scene: Scene, rate: float | None = None) -> None:
+    def __init__(self, scene: Scene, rate: float | None = None, *, whole: bool = False) -> None:
         self.rate = float(rate or scene.output.sample_rate)
         self.scan = scene.scan
-        self._recorded = RecordedMotion.of(scene) if scene.scan.trajectory is not None else None
+        recorded = scene.scan.trajectory is not None
+        self._recorded = RecordedMotion.of(scene) if recorded else None
         self._stroke: Callable[..., Motion] | None = None
         if scene.scan.stroke is not None:  # only a stroke imports the module
             from synth.motion.stroke_motion import stroke_motion
 
             self._stroke = stroke_motion
-        self.start = 0.0 if self._recorded is None else self._recorded.start
         self.duration = np.inf if self._recorded is None else self._recorded.end
+        self.lifts = recorded and (whole or scene.output.duration > self.duration + 0.5 / scene.output.sample_rate)
 
     def at(self, first: int, frames: int) -> Motion:
         """Return the motion of `frames` frames from frame `first`; frame n is at t = n / rate."""
@@ -66,10 +68,10 @@ class ScanMotion:
     def load_range(self) -> tuple[float, float]:
         """Return the smallest and largest load (N) of the scan."""
         low, high = self.recorded_loads()
-        return (low, high) if low == high and self.start <= 0.0 else (min(0.0, low), high)
+        return (min(0.0, low), high) if self.lifts else (low, high)
 
     def recorded_loads(self) -> tuple[float, float]:
-        """Return the smallest and largest load (N) between the ends of the scan, without landing and lift."""
+        """Return the smallest and largest load (N) between the ends of the scan, without the lift."""
         if self._recorded is not None:
             return self._recorded.loads
         load = self.scan.stroke.load if self.scan.stroke is not None else self.scan.load
@@ -94,7 +96,7 @@ class ScanMotion:
         on = recorded.load.within(t)
         value = np.clip(recorded.load.value(on), *recorded.loads)  # only rounding can exceed this range
         slope, bend = recorded.load.slope(on), recorded.load.bend(on)
-        beyond = t - on
+        beyond = np.maximum(t - on, 0.0) if self.lifts else np.zeros(len(t))
         s = 1.0 - np.minimum(np.abs(beyond) / LIFT_TIME, 1.0)
         ds = -np.sign(beyond) / LIFT_TIME * (s > 0.0) * (s < 1.0)
         window = s**3 * (10.0 + s * (6.0 * s - 15.0))

@@ -19,6 +19,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.plan.frame_solver import WITH_MEAN
+from synth.plan.motion_peak import steady_peak
 from synth.plan.request import Request
 from synth.response.lift_gate import gate
 from synth.response.reading_filter import ORDERS
@@ -31,6 +32,7 @@ NEARLY = 1.05  # times the tolerance: a smaller error causes no warning, because
 ROUNDING = 6e-8  # rounding to float32, relative to the peak
 PEAK = 0.8  # steady peak with an automatic full scale, as a part of full scale
 SMALLEST_MOTION = 1e-9  # m: for smaller motions an automatic full scale gives silence, not noise
+CANCELLED = 1e-9  # of the amplitude of the texture: a finger that moves less is held by a cancellation, not by its load
 STILL = 1e-30  # SI unit of any quantity: smaller peaks count as zero
 
 
@@ -108,14 +110,16 @@ class SteadyScan(Request):
         peak = peaks.get(order, peak)
         if still and (self.by_hand or channel.quantity != APPROACH):
             peak = self.scene.texture.amplitude * (2.0 * math.pi * abs(self.turns)) ** order
+        reader = None if self.moving else SeriesCurve(series)
         level = float(self.spectrum.harmonics[0].real) * self._gate if channel.quantity == APPROACH else 0.0
         if level:
             peak = peaks.get(WITH_MEAN, peak + abs(level))
+        if reader is not None and not self.live and not still:
+            peak = steady_peak(reader, level, self.scene)
         full_scale = channel.full_scale or (peak / PEAK if peak > STILL else 1.0)
         error = ROUNDING * max(1.0, abs(level) / extent) if extent > 0.0 else 0.0
         if extent > 0.0 and not self.moving and order in self.orders:
             error += self.spectrum.errors[self.orders.index(order)]
-        reader = None if self.moving else SeriesCurve(series)
         return ChannelPlan(channel.quantity, order, full_scale, error, extent, reader, level)
 
     def peaks_over(self, heights: Array) -> dict[int, float]:
@@ -126,6 +130,13 @@ class SteadyScan(Request):
         moved = self._gate * float(np.max(np.abs(heights - np.mean(heights))))
         largest = self._gate * float(np.max(np.abs(heights)))
         return {0: max(moved, extent_and_peak(self.series(0))[1]), WITH_MEAN: largest}
+
+    @property
+    def _cancelled(self) -> bool:
+        """Whether the ridges of a comb may cancel the lines of the texture: it spans a period, and moves."""
+        scene, whole = self.scene, self.stretch is None and not self.spectrum.closed
+        spans = scene.texture.period <= scene.finger.contact_length
+        return whole and spans and scene.finger.kind == "comb" and scene.scan.speed != 0.0
 
     def warning(self, channel: ChannelPlan, tolerance: float) -> str:
         """Return a warning if a channel misses the tolerance by more than round-off, or ""."""
@@ -143,6 +154,12 @@ class SteadyScan(Request):
         swing = peaks.get(0, extent_and_peak(self.series(0))[1])
         if swing >= SMALLEST_MOTION or all(channel.full_scale for channel in self.scene.output.channel_list):
             return ""
+        if self._cancelled and swing < CANCELLED * self.scene.texture.amplitude:
+            return (
+                "The finger does not move: the equal ridges of a comb cancel every line of the texture below "
+                f"{self.scene.output.band_limit:.4g} Hz. No measured finger does this. Write finger.kind "
+                '"fingertip", another finger.ridge_period, or a larger output.bandwidth.'
+            )
         return (
             f"The finger moves by {swing:.3g} m, less than 1 nm. An automatic full scale would only amplify rounding. "
             "Set output.full_scale to hear the motion."

@@ -196,7 +196,7 @@ def direct_plan(
     scene, heaviest, (low, high) = asked.scene, bounds_for(asked.scene).heaviest, asked.reported_loads
     loads = min(low, HAND_LOADS[0]), scene.scan.load, max(high, HAND_LOADS[1])
     judged = tuple(max(load, scene.scan.lift_load) for load in loads)
-    own = ScanMotion(scene).fastest()
+    own = ScanMotion(scene, whole=asked.live).fastest()
     fastest = max(own, HAND_SPEEDS[1])
     arguments = (scene.output.sample_rate, band_of(scene), fastest, judged, heaviest, tolerance)
     key: Hashable = ("direct plan", contact.key, whole.key, over_area(asked), own, *arguments)

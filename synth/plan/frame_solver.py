@@ -149,7 +149,7 @@ def counted(
     if 4.0 * MARGIN / (scale * stride) * count > MOST_TOGETHER:
         return None
     work = 1e-9 * count * scene.output.sample_rate / stride * (solution + FRAME_SETUP)
-    if varies and work * (motion.duration - motion.start) > PATIENCE:
+    if varies and work * scene.output.duration > PATIENCE:
         return None
     return FramePlan(count, stride, errors, scale, work)
 
@@ -174,6 +174,7 @@ class FrameSolver:
     rate: frames per second.
     count: number of solutions per `stride` frames.
     scale: the kept band, as a part of the whole band.
+    whole: as of `ScanMotion`.
     chunk: number of frames that are solved together; `longest` at most, but no shorter than the margins.
     """
 
@@ -188,10 +189,12 @@ class FrameSolver:
         scale: float,
         stride: int = 1,
         longest: int = MOST_TOGETHER,
+        whole: bool = False,
     ) -> None:
         self._heights, self._scan, self._period = heights, scene.scan, scene.texture.period
         self._rate, self._count, self._stride, self._scale = rate, count, stride, scale
-        self._motion, self._frames = ScanMotion(scene, rate * count / stride), ScanMotion(scene, rate)
+        self._motion = ScanMotion(scene, rate * count / stride, whole=whole)
+        self._frames = ScanMotion(scene, rate, whole=whole)
         self._margin = _multiple(math.ceil(MARGIN / scale), stride)
         room = min(TOGETHER * stride // count - 2 * self._margin, longest)
         self.chunk = _multiple(max(2 * self._margin, min(room, max(CHUNK, 4 * self._margin))), stride)

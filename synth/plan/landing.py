@@ -23,7 +23,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.motion.motion import LOAD
-from synth.motion.scan_motion import LIFT_TIME, ScanMotion
+from synth.motion.scan_motion import ScanMotion
 from synth.plan.channels import SMALLEST_MOTION, SteadyScan, extent_and_peak
 from synth.plan.frame_solver import (
     FALL,
@@ -64,9 +64,9 @@ def at_landings(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mea
         return plan
     turns = 2.0 * math.pi * abs(steady.turns)
     extents = np.maximum(extents, [SMALLEST_MOTION * turns**order for order in steady.orders])
-    motion, solution = ScanMotion(scene), 1e-9 * (solution_nanoseconds(contact) + FRAME_SETUP)
+    solution = 1e-9 * (solution_nanoseconds(contact) + FRAME_SETUP)
     strides = 4.0 * MARGIN / (plan.scale * plan.stride)  # of a chunk with its margins
-    most = min(MOST_TOGETHER / strides, plan.count * PATIENCE / (plan.work * (motion.duration - motion.start)))
+    most = min(MOST_TOGETHER / strides, plan.count * PATIENCE / (plan.work * scene.output.duration))
     most = min(most, MOST_FINER * plan.count)
     looked = LONGEST / (3.0 * strides * solution)  # the place is solved at this number and at twice as many
     if plan.count > looked >= MANY:
@@ -74,8 +74,8 @@ def at_landings(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mea
 
     def at_place(count: int) -> Array:
         """Return the frames about the place with `count` solutions per stride, SI [orders, frames]."""
-        rate, how = scene.output.sample_rate, {"count": count, "stride": plan.stride, "longest": 0}
-        solver = FrameSolver(contact.heights, scene, mean, rate, scale=plan.scale, **how)
+        rate, size = scene.output.sample_rate, (plan.stride, plan.scale)
+        solver = FrameSolver(contact.heights, scene, mean, rate, count=count, stride=size[0], scale=size[1], longest=0)
         return solver.solved(math.floor(place * rate / solver.chunk), steady.orders)
 
     count, allowed = max(1, math.floor(min(plan.count, looked))), FOLDED_SHARE * tolerance
@@ -96,16 +96,14 @@ def at_landings(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mea
 
 def _quickest(scene: Scene) -> float | None:
     """Return the time (s) at which the load begins or ends most quickly; None if it never does."""
-    motion = ScanMotion(scene)
-    begin, seconds = motion.start - LIFT_TIME, motion.duration - motion.start + 2.0 * LIFT_TIME
+    seconds = scene.output.duration
     rate = min(LOOK_RATE, LOOKS / seconds)
     looked = ScanMotion(scene, rate)
-    first = math.floor(begin * rate) - 1
-    load = looked.at(first, math.ceil(seconds * rate) + 2).samples[LOAD]
+    load = looked.at(0, math.ceil(seconds * rate) + 1).samples[LOAD]
     changes = np.flatnonzero((load[1:] > 0.0) != (load[:-1] > 0.0))
     if not len(changes):
         return None
     reach = max(1, round(RISE * rate))
     before, after = np.maximum(changes - reach, 0), np.minimum(changes + 1 + reach, len(load) - 1)
     place = changes[np.argmax(np.maximum(load[before], load[after]))]
-    return max(0.0, float(first + place) / rate)
+    return float(place) / rate

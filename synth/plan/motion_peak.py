@@ -1,16 +1,18 @@
 """Find the largest value of each quantity along a scan's own motion. It determines an automatic full scale.
 
 Stage   2, used by `preparation` for strokes and recordings.
-Model   The response is solved along the motion (`frame_solver`), at the lowest rate that contains the band, with
-        OVERSAMPLING solutions per frame. If the whole motion would take longer than PATIENCE, only the chunks with the
-        largest estimated values are solved. The estimates of z and its two time derivatives are
+Model   The response is solved along the motion (`frame_solver`) at the frames that are rendered, with OVERSAMPLING
+        solutions per frame of the lowest rate that contains the band. If the whole motion would take longer than
+        PATIENCE, only the chunks with the largest estimated values are solved, and a warning says so. The estimates of
+        z and its two time derivatives are
 
             Y_0,  Y_1 |f| + Y_0 |w'| / w,  Y_2 f^2 + Y_1 (|f'| + 2 |f w'| / w) + Y_0 (|w''| / w + (w' / w)^2)
 
         Y_k is the largest k-th derivative over the phase of the steady response at the load w, and f = u / lambda2.
 Source  The chain rule. The size of the terms with w' and w'' is a guess.
-Limits  With OVERSAMPLING solutions per frame, the folded error is about 1 % of the peak. If the motion is not solved as
-        a whole, a louder part can be missed. The peaks are those of the response, without any simulation of effects.
+Limits  With OVERSAMPLING solutions per frame, the folded error is about 1 % of the peak. The peaks are those of the
+        response, without any simulation of effects. A voice with deadlines may play longer than the output lasts: its
+        peaks are those of the whole recording with its lift, or of a period of a stroke.
 """
 
 from __future__ import annotations
@@ -23,43 +25,84 @@ from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.motion.motion import LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
-from synth.plan.frame_solver import FRAME_SETUP, FrameSolver, solution_nanoseconds
+from synth.plan.frame_solver import FRAME_SETUP, FrameSolver, solution_nanoseconds, stride_of
 from synth.response.mean_approach import Mean
+from synth.response.phases import phase_step
+from synth.response.series_curve import SeriesCurve
 from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
 
 OVERSAMPLING = 4  # solutions per frame: the band is 0.40 of the rate, so only lines above 9 times the band fold into it
 TOLERANCE = 1e-2  # tolerance of the series for the estimates
-PATIENCE = 1.0  # s of predicted work, which delays the opening of a recording; with less, louder parts may be missed
+PATIENCE = 2.0  # s of predicted work, which delays the opening of a recording; with less, louder parts may be missed
 FEW_PERIODS = 5  # texture periods: a shorter stroke may not pass its loudest place
 QUICK_TURN = 0.02  # s: a shorter turn of a stroke may be louder than its cruise
 LOUD_LOADS = 7  # number of loads, from the smallest to the largest, at which Y_k is solved
 LOOKS = 1 << 20  # largest number of moments at which a long motion is estimated: 2^24 moments take 10 s
+TOGETHER, MOST_FRAMES = 1 << 16, 1 << 22  # frames of a constant scan read at once and in all: 87 s at 48 kHz, 0.05 s
 LOOK_RATE = 4000  # Hz, rate of those moments: a step of the load takes at least 1 ms
 
 
 def peaks_along(
-    contact: Contact, scene: Scene, mean: Mean, orders: tuple[int, ...], series: Contact | None = None
-) -> Array:
-    """Return the largest magnitude of the time derivative of each of `orders`, SI, float64 [orders].
+    contact: Contact,
+    scene: Scene,
+    mean: Mean,
+    orders: tuple[int, ...],
+    series: Contact | None = None,
+    *,
+    whole: bool = False,
+) -> tuple[Array, str]:
+    """Return the largest magnitude of the time derivative of each of `orders`, SI, float64 [orders], and a warning.
+
+    The warning is "" if every frame was solved.
 
     mean: mean of z over a period, as for `FrameSolver`.
     series: contact whose series gives the estimates, where it is not `contact`.
+    whole: as of `ScanMotion`.
     """
-    output, stroke = scene.output, scene.scan.stroke
-    rate = min(output.sample_rate, max(100, math.ceil(output.band_limit / BAND)))
-    # time (s) after which the motion ends or repeats, or the output ends
-    ended = output.duration if scene.scan.trajectory is None else ScanMotion(scene).duration + LIFT_TIME
-    length = ended if stroke is None else stroke.period
-    longest = math.ceil(length * rate)
-    solver = FrameSolver(contact.heights, scene, mean, rate, count=OVERSAMPLING, scale=1.0, longest=longest)
-    chunks = list(range(math.ceil(length * rate / solver.chunk)))
+    rate, length = scene.output.sample_rate, _rendered(scene, whole)
+    frames, scale = max(1, round(length * rate)), min(1.0, scene.output.band_limit / (BAND * rate))
+    count, stride = OVERSAMPLING, stride_of(scale)
+    solver = FrameSolver(
+        contact.heights, scene, mean, rate, count=count, scale=scale, stride=stride, longest=frames, whole=whole
+    )
+    chunks = list(range(math.ceil(frames / solver.chunk)))
     chunk_seconds = 1e-9 * solver.solutions * (solution_nanoseconds(contact) + FRAME_SETUP)
-    most = max(1, math.floor(PATIENCE / chunk_seconds))
+    most, warning = max(1, math.floor(PATIENCE / chunk_seconds)), ""
     if len(chunks) > most:
+        warning = (
+            f"The full scale follows the {most} parts of {solver.chunk / rate:.3g} s of the scan that are likely to be "
+            f"the loudest, of {len(chunks)}. A louder one may have been missed."
+        )
         chunks = _loud_chunks(series or contact, scene, orders, length, solver.chunk / rate, most)
-    return np.asarray(np.max([np.max(np.abs(solver.solved(number, orders)), axis=1) for number in chunks], axis=0))
+    found = [np.abs(solver.solved(one, orders)[:, : frames - one * solver.chunk]) for one in chunks]
+    return np.asarray(np.max([np.max(one, axis=1) for one in found], axis=0)), warning
+
+
+def steady_peak(reader: SeriesCurve, level: float, scene: Scene) -> float:
+    """Return the largest magnitude (SI) at the frames of a constant scan, at most the first MOST_FRAMES.
+
+    level: added to the values of `reader`.
+    """
+    frames = max(1, round(scene.output.duration * scene.output.sample_rate))
+    step = phase_step(scene.scan.speed, scene.texture.period, scene.output.sample_rate)
+    out, peak = np.empty((min(frames, TOGETHER), 1), np.float32), 0.0
+    for first in range(0, min(frames, MOST_FRAMES), TOGETHER):
+        part = out[: frames - first]
+        reader.read(first * step % 2**64, step, 1.0, part, 0)
+        peak = max(peak, float(np.max(np.abs(part + level))))
+    return peak
+
+
+def _rendered(scene: Scene, whole: bool) -> float:
+    """Return the time (s) after which the output ends, or, of a voice with deadlines, the motion ends or repeats."""
+    if not whole:
+        return scene.output.duration
+    if scene.scan.stroke is not None:
+        return scene.scan.stroke.period
+    recorded = scene.scan.trajectory is not None
+    return ScanMotion(scene, whole=True).duration + LIFT_TIME if recorded else scene.output.duration
 
 
 def differs_from_cruise(scene: Scene) -> bool:
@@ -85,7 +128,7 @@ def _loud_chunks(
     looks = max(1, math.floor(length * look_rate))
     numbers = (np.arange(looks) / look_rate / chunk).astype(int)
     wanted: set[int] = set()
-    for values in _likely(contact, scene, orders, ScanMotion(scene, look_rate).at(0, looks).samples):
+    for values in _likely(contact, scene, orders, ScanMotion(scene, look_rate, whole=True).at(0, looks).samples):
         loudest = np.zeros(numbers[-1] + 1)
         np.maximum.at(loudest, numbers, values)
         wanted.update(np.argsort(loudest)[::-1][: max(1, most // len(orders))].tolist())

@@ -32,8 +32,8 @@ PLACES = 512  # places of a long surface at which the peaks of displacement and 
 
 def own_motion(
     asked: SteadyScan, series: Contact, contact: Contact, tolerance: float
-) -> tuple[Mean | None, dict[int, float]]:
-    """Return the mean of z, and the peak of each order along the scan's own motion.
+) -> tuple[Mean | None, dict[int, float], str]:
+    """Return the mean of z, the peak of each order along the scan's own motion, and a warning about them or "".
 
     If the scan's own speed and load determine the peaks, the mean is None and only a long surface has peaks.
 
@@ -44,15 +44,16 @@ def own_motion(
     probed = np.arange(PLACES) / PLACES
     peaks = asked.peaks_over(contact.heights(probed, np.full(PLACES, pressed(scene)))) if long else {}
     still = bool(asked.silence(peaks)) or not harmonics_in_band(scene, 1)
-    differs = still or differs_from_cruise(scene)  # in the turns more harmonics are in the band
+    # in the turns more harmonics are in the band; a file is as loud as its own frames
+    differs = still or not asked.live or differs_from_cruise(scene)
     if asked.by_hand or not asked.moving or not (approach or long or differs):
-        return None, peaks
+        return None, peaks, ""
     mean = own_mean(asked, contact, tolerance)
     if all(channel.full_scale for channel in listed) or not (approach or differs):
-        return mean, peaks
+        return mean, peaks, ""
     known = tuple(sorted({0, *asked.orders, *({WITH_MEAN} if approach else ())}))
-    found = peaks_along(contact, scene, mean, known, series)
-    return mean, dict(zip(known, found.tolist(), strict=True))
+    found, warning = peaks_along(contact, scene, mean, known, series, whole=asked.live)
+    return mean, dict(zip(known, found.tolist(), strict=True)), warning
 
 
 def own_mean(asked: Request, contact: Any, tolerance: float) -> Mean:

@@ -25,6 +25,7 @@ from synth.contact.scene_contact import contact_of
 from synth.effects.effect import AddedChannel, Kind
 from synth.errors import Fault, SceneError
 from synth.motion.motion import LARGEST_LOAD
+from synth.motion.recorded_motion import rendered_part
 from synth.motion.scan_motion import ScanMotion
 from synth.perception.threshold import imperceptible_tolerance
 from synth.plan.channels import NEARLY, SMALLEST_MOTION, ChannelPlan, SteadyScan, spendable
@@ -152,6 +153,9 @@ def prepare(
     """
     begun()
     kept = cache or SHARED
+    told: tuple[str, ...] = ()
+    if not by_hand and not paced:
+        scene, told = rendered_part(scene)
     output = (scene.output.channel_list, scene.output.sample_rate, scene.output.bandwidth)
     parts = (scene.finger, scene.texture, scene.scan, scene.effects, output, scene.accuracy)
     stretch = _stretch(scene)
@@ -162,19 +166,21 @@ def prepare(
     area = area and (by_hand or moves or harmonics_in_band(scene, WIDE + 1) > WIDE)
     paced = paced and (bool(scene.effects) or moves or area)
     file = not heard or exact
-    key: Hashable = ("preparation", by_hand, paced, exact, file, parts)
+    lasting = None if by_hand or paced else scene.output.duration  # decides the full scale
+    key: Hashable = ("preparation", by_hand, paced, exact, file, lasting, parts)
 
     def build() -> Preparation:
-        loads = (0.0, LARGEST_LOAD) if by_hand else ScanMotion(scene).load_range()
+        loads = (0.0, LARGEST_LOAD) if by_hand else ScanMotion(scene, whole=heard).load_range()
         return _prepared(Request(scene, by_hand, paced, loads, stretch, area), kept, exact=exact, file=file)
 
-    return replace(kept.get(key, build), scene=scene)
+    found = kept.get(key, build)
+    return replace(found, scene=scene, warnings=(*told, *found.warnings))
 
 
 def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) -> Preparation:
     scene, geometry = asked.scene, Geometry.of_scene(asked.scene)
     tolerance = scene.accuracy.tolerance if isinstance(scene.accuracy.tolerance, float) else EXACT
-    solved = Preparation(*asked.request, tolerance, ScanMotion(scene).warnings())
+    solved = Preparation(*asked.request, tolerance, ScanMotion(scene, whole=asked.live).warnings())
     silence = silence_of(asked, geometry) or ("" if has_approach(scene) else above_band(asked))
     if silence:
         return _silent(solved, silence)
@@ -199,7 +205,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
     on_surface = None if asked.stretch is None else on_whole(contact, scene)
     solved = replace(solved, tolerance=tolerance, contact=contact, on_surface=on_surface)
     steady = SteadyScan(*asked.request, spectrum)
-    mean, peaks = own_motion(steady, contact, solved.whole, tolerance)
+    mean, peaks, partly = own_motion(steady, contact, solved.whole, tolerance)
     still = above_band(asked) or steady.silence(peaks)
     if still and not asked.by_hand:
         if not has_approach(scene):
@@ -221,7 +227,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
             known = pressed(scene), spectrum
             frames = plan_frames(contact, scene, demand, known, left, scale, solved=asked.stretch is not None)
             frames = frames and frames.with_errors(cells[list(asked.orders)])
-    warnings = solved.warnings + missed
+    warnings = (*solved.warnings, *missed, *([partly] if partly else []))
     solved = replace(solved, spectrum=spectrum, channels=channels, warnings=warnings, mean=mean, frames=frames)
     if shapes is not None:
         solved = _with_effects(solved, shapes)

@@ -101,7 +101,7 @@ class Request:
     @property
     def reported_loads(self) -> tuple[float, float]:
         """The range of loads (N) for which the error of a table is reported: of the scan, or of usual hands."""
-        low, high = ScanMotion(self.scene).recorded_loads()
+        low, high = ScanMotion(self.scene, whole=self.live).recorded_loads()
         return (min(low, HAND_LOADS[0]), max(high, HAND_LOADS[1])) if self.by_hand else (low, high)
 
 

@@ -164,7 +164,7 @@ def _known_textures() -> frozenset[str]:
 
 def bounds_for(scene: Scene) -> TableBounds:
     """Return the limits of the table of `scene`. Rows cover the loads of its scan; a wide band has more harmonics."""
-    heaviest = max(BOUNDS.heaviest, ScanMotion(scene).recorded_loads()[1])
+    heaviest = max(BOUNDS.heaviest, ScanMotion(scene, whole=True).recorded_loads()[1])
     wider = 1 << max(0, math.ceil(math.log2(band_of(scene) / USUAL_BAND)))
     return replace(BOUNDS, heaviest=heaviest, harmonics=min(MOST_HARMONICS, wider * BOUNDS.harmonics))
 

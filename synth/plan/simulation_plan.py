@@ -287,14 +287,15 @@ def run_pilot(simulation: Simulation, case: SimulationCase) -> Pilot:
     if case.moving and not case.by_hand:
         own = _run_own(replace(simulation, offset=offset), case, OWN)
         if case.scene.scan.trajectory is not None:  # the lift at its end is larger than the motion that is judged
-            own = own[:, : max(1, round(ScanMotion(case.scene).duration * rate))]
+            own = own[:, : max(1, round(ScanMotion(case.scene, whole=case.live).duration * rate))]
     return Pilot(simulation, moved, offset, own)
 
 
 def _run_own(simulation: Simulation, case: SimulationCase, longest: float) -> Array:
     """Return a run along the scan's own motion, at most `longest` seconds, SI, float64 [orders, frames]."""
     output = case.scene.output
-    seconds = min(output.duration, longest, ScanMotion(case.scene).duration + LIFT_TIME)
+    motion = ScanMotion(case.scene, whole=case.live)
+    seconds = min(output.duration, longest, motion.duration + (LIFT_TIME if motion.lifts else 0.0))
     return _run(replace(simulation, scene=case.scene), case, max(1, round(seconds * output.sample_rate)))
 
 
@@ -328,6 +329,7 @@ def _first_simulation(case: SimulationCase, terms: Terms, points: int) -> Simula
         offset=0.0,
         held=terms.adhesion is not None,
         settling=SETTLING,
+        whole=case.live,
     )
 
 

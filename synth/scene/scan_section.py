@@ -50,8 +50,8 @@ FASTEST = 10.0
 CLOSEST_POINTS = 1e-6
 """s. Shortest interval between recorded points. No tracker separates closer points: one of them is a mistake."""
 
-FEWEST_POINTS = 4
-"""Smallest number of recorded points, required by a curve with two continuous derivatives."""
+FEWEST_POINTS = 2
+"""Smallest number of recorded points: from here to there."""
 
 MOST_POINTS = 1_000_000
 """Largest number of recorded points: 16 minutes at 1 kHz, about 100 MB while they are read."""

@@ -21,8 +21,8 @@ from synth.scene.catalogue import catalogue_kinds, catalogue_names, lookup
 from synth.scene.effects_section import Effects, FrozenMapping, declaration, lowest_load, misplaced
 from synth.scene.finger_section import Finger
 from synth.scene.output_section import Accuracy, Channel, Output
-from synth.scene.rules import MOST_FAULTS, Fields, Refusal, refusal
-from synth.scene.scan_section import LOWEST_LOAD, Scan, over_area_fields
+from synth.scene.rules import MOST_FAULTS, Fields, Quantity, Refusal, refusal
+from synth.scene.scan_section import LOWEST_LOAD, TIME, Scan, over_area_fields
 from synth.scene.section import Section, inner_section, plain, rule_of, section_schema
 from synth.scene.text import object_from_text, pointer
 from synth.scene.texture_registry import DEFAULT, kinds, with_files
@@ -143,10 +143,34 @@ def parse_scene(document: object) -> Scene:
     if isinstance(document, str):
         document = lookup(document).document
     effects = document.get("effects") if isinstance(document, Mapping) else None
+    document = _with_own_duration(document)
     try:
         return Scene.model_validate(document, context={LOWEST_LOAD: lowest_load(effects)})
     except ValidationError as error:
         raise SceneError(list(_faults(error))) from error
+
+
+def _with_own_duration(document: object) -> object:
+    """Return a document in which a recording without `output.duration` lasts from its first point to its last.
+
+    A document that cannot be read is returned unchanged, and refused later.
+    """
+    if not isinstance(document, Mapping):
+        return document
+    points = _written(dict(document), "scan").get("trajectory")
+    if points is None:
+        return document
+    output = document.get("output")
+    given = {} if output is None else output
+    if not isinstance(given, Mapping) or given.get("duration") is not None:
+        return document
+    try:
+        length = TIME.read(points[-1][0]) - TIME.read(points[0][0])
+    except (TypeError, ValueError, LookupError):
+        return document
+    rule = rule_of(Output, "duration")
+    assert isinstance(rule, Quantity)
+    return {**document, "output": {**given, "duration": min(max(length, rule.low), rule.high)}}
 
 
 def parse_scene_text(text: str | bytes) -> Scene:

@@ -141,7 +141,7 @@ class ScanReader:
 
     def __init__(self, reader: ChannelReader, scene: Scene) -> None:
         self._channels, self._scene = reader, scene
-        self._motion = ScanMotion(scene)
+        self._motion = ScanMotion(scene, whole=True)
         self._delay = reader.delay
         self._next: int | None = None
         self._reader = self._anew()

@@ -70,7 +70,7 @@ class Voice:
         self._phase, self._live = phase, live
         self._by_hand = solved.by_hand
         self._moves = solved.moving and not solved.by_hand and solved.spectrum is not None
-        self._motion = ScanMotion(solved.scene)
+        self._motion = ScanMotion(solved.scene, whole=solved.live)
         self._step = phase_step(solved.scene.scan.speed, solved.scene.texture.period, self.sample_rate)
         self._still = solved.scene.texture.amplitude == 0.0
         self._steady = []

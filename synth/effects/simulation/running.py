@@ -72,6 +72,7 @@ class Simulation:
     held: whether an effect may hold the finger where the load does not.
     settling: time (s) simulated before the first frame of a scan that begins neither at its start nor in its periodic
         state.
+    whole: as of `ScanMotion`.
     steady: the periodic state of a constant scan, if known.
     """
 
@@ -83,6 +84,7 @@ class Simulation:
     offset: float
     held: bool
     settling: float
+    whole: bool = False
     steady: PeriodicState | None = None
 
     @property
@@ -120,7 +122,7 @@ class Running:
         self._kinds = sorted({signal.kind for signal in signals})
         self._phase = phase
         scan = simulation.scene.scan
-        self._own = ScanMotion(simulation.scene, simulation.rate)
+        self._own = ScanMotion(simulation.scene, simulation.rate, whole=simulation.whole)
         self._constant = scan.stroke is None and scan.trajectory is None
         self._state: Any = None
         self._touching = np.ones(1)
@@ -184,7 +186,7 @@ class Running:
         if self._constant:
             return -(1 << 62)
         comes_down = self.simulation.scene.scan.trajectory is not None
-        return math.floor((self._own.start - LIFT_TIME) * self.simulation.rate) if comes_down else 0
+        return math.floor(-LIFT_TIME * self.simulation.rate) if comes_down else 0
 
     def _turns(self, at: int) -> float:
         if self.simulation.scene.scan.stroke is not None:

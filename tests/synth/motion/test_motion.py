@@ -6,16 +6,17 @@ import numpy as np
 import pytest
 
 from synth.motion.motion import ACROSS, DIRECTION, LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE, Motion, completed
+from synth.motion.recorded_motion import rendered_part
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
 from synth.scene.scene import Scene
 from tests.synth.engine_cases import Real, scene_of
 
 RATE = 48000
-POINTS = [[0.05, 0.0, 0.3], [0.1, 0.003, 0.35], [0.16, 0.008, 0.2], [0.22, 0.007, 0.4], [0.3, 0.0, 0.25]]
+POINTS = [[0.0, 0.0, 0.3], [0.05, 0.003, 0.35], [0.11, 0.008, 0.2], [0.17, 0.007, 0.4], [0.25, 0.0, 0.25]]
 
 
 def trajectory() -> Scene:
-    return scene_of(scan={"trajectory": POINTS})
+    return scene_of(scan={"trajectory": POINTS}, output={"duration": 0.5})
 
 
 def stroke(**fields: object) -> Scene:
@@ -97,20 +98,44 @@ def test_a_trajectory_passes_through_its_points() -> None:
         assert motion.samples[LOAD, 0] == pytest.approx(load, rel=1e-9)
 
 
-def test_a_trajectory_lifts_before_its_first_and_after_its_last_point() -> None:
+def test_a_trajectory_begins_at_its_first_point_and_lifts_after_its_last_one() -> None:
     scan = ScanMotion(trajectory())
-    before = scan.at(0, RATE // 2).samples[LOAD]
-    assert np.all(before[: round((0.05 - LIFT_TIME) * RATE)] == 0.0)
-    assert np.all(before[round((0.3 + LIFT_TIME) * RATE) + 1 :] == 0.0)
+    before = scan.at(-100, RATE // 2).samples[LOAD]
+    assert np.all(before[:101] == before[100]) and before[100] == pytest.approx(0.3), "nothing lands before it"
+    assert np.all(before[round((0.25 + LIFT_TIME) * RATE) + 101 :] == 0.0)
     assert np.all(before >= 0.0)
     later = scan.at(10 * RATE, 64).samples
     assert np.all(later[LOAD:] == 0.0)
 
 
+def test_time_counts_from_the_first_point_whatever_the_clock_of_the_tracker() -> None:
+    late = [[t + 12345.0, *rest] for t, *rest in POINTS]
+    scene = scene_of(scan={"trajectory": late}, output={"duration": 0.5})
+    now, then = (ScanMotion(one).at(0, RATE // 2) for one in (trajectory(), scene))
+    assert then.position == pytest.approx(now.position, abs=1e-9)
+    assert then.samples[LOAD] == pytest.approx(now.samples[LOAD], abs=1e-6)
+
+
+def test_nothing_after_the_output_decides_the_motion_within_it() -> None:
+    ends = [[0.26, 0.03, 20.0], [5.0, 0.2, 0.0]]
+    scenes = (scene_of(scan={"trajectory": POINTS + more}, output={"duration": 0.25}) for more in ([], ends))
+    cut, other = (rendered_part(scene)[0] for scene in scenes)
+    assert cut == other
+    assert np.array_equal(ScanMotion(cut).at(-50, RATE // 2).samples, ScanMotion(other).at(-50, RATE // 2).samples)
+    assert ScanMotion(cut).at(0, RATE // 2).samples[LOAD].min() > 0.0, "it does not lift: that is not rendered"
+    assert ScanMotion(cut, whole=True).at(0, RATE // 2).samples[LOAD].min() == 0.0, "a voice that plays on does"
+
+
+def test_two_points_are_a_motion() -> None:
+    motion = ScanMotion(scene_of(scan={"trajectory": [[0, 0, 0.2], [0.5, 0.03, 0.4]]})).at(0, RATE // 2)
+    assert np.max(np.abs(motion.samples[SPEED] - 0.06)) <= 1e-12
+    assert motion.samples[LOAD, 0] == 0.2 and np.all(np.diff(motion.samples[LOAD]) >= 0.0)
+
+
 def test_a_path_over_an_area_goes_straight_on_before_its_first_and_after_its_last_point() -> None:
     points = [[t, x, 0.4 * x + 3e-3 * t, 0.1 + t, load] for t, x, load in POINTS]
     scan = ScanMotion(scene_of(texture={"kind": "dots"}, scan={"trajectory": points}))
-    for end, away in ((0.05, -1), (0.3, 1)):
+    for end, away in ((0.0, -1), (0.25, 1)):
         motion = scan.at(round(end * RATE) + min(0, away * 960), 961)
         for way in (motion.position, motion.path[ACROSS]):
             steps = np.diff(way)
@@ -123,7 +148,7 @@ def test_a_path_over_an_area_goes_straight_on_before_its_first_and_after_its_las
 def test_loads_of_a_trajectory_are_told() -> None:
     low, high = ScanMotion(trajectory()).recorded_loads()
     assert 0.15 < low <= 0.2 and 0.4 <= high < 0.45
-    assert ScanMotion(trajectory()).load_range()[0] == 0.0
+    assert ScanMotion(trajectory()).load_range()[0] == 0.0, "it lifts within the output"
     flat = scene_of(
         scan={"trajectory": [[0, 0, 0.3], [0.1, 1e-3, 0.3], [0.2, 2e-3, 0.3], [3, 3e-3, 0.3]]}, output={"duration": 2}
     )

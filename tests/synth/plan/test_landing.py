@@ -35,8 +35,10 @@ def frames_of(solved: Preparation, finer: int) -> Any:
     plan = solved.frames
     assert plan is not None and solved.mean is not None
     rate, heights = solved.scene.output.sample_rate, solved.whole.heights
-    how = {"count": finer * plan.count, "stride": plan.stride, "longest": 0}
-    solver = FrameSolver(heights, solved.scene, solved.mean, rate, scale=plan.scale, **how)
+    count, stride = finer * plan.count, plan.stride
+    solver = FrameSolver(
+        heights, solved.scene, solved.mean, rate, count=count, scale=plan.scale, stride=stride, longest=0
+    )
     length = round((solved.scene.scan.trajectory[-1][0] + 0.02) * rate)  # type: ignore[index]
     chunks = range(-(-length // solver.chunk))
     return np.concatenate([solver.solved(number, (0, 1, 2)) for number in chunks], axis=1)

@@ -57,7 +57,7 @@ def test_harmonics_of_a_scene(sections: dict[str, Any], harmonics: int) -> None:
 
 
 def test_full_scales_are_08_of_the_peak_of_the_oracle() -> None:
-    scene = scene_of(finger=SHORT, output={"channels": list(QUANTITIES), "sample_rate": 8000})
+    scene = scene_of(finger=SHORT, output={"channels": list(QUANTITIES), "sample_rate": 96000, "bandwidth": 3200})
     wanted = synthesise(touch_of(scene), 0.08, 3200.0, relative_error=1e-5)
     for channel in prepare(scene).channels:
         assert channel.full_scale == pytest.approx(wanted.peak(channel.quantity) / 0.8, rel=0.01)
@@ -142,7 +142,7 @@ def test_what_was_prepared_comes_from_the_cache() -> None:
     assert cache.misses == misses
     assert again.spectrum is first.spectrum
     longer = prepare(scene_of(output={"duration": 7.0, "fade": 1.0}), cache)
-    assert cache.misses == misses and longer.scene.output.duration == 7.0
+    assert longer.spectrum is first.spectrum and longer.scene.output.duration == 7.0
     scaled = prepare(scene_of(output={"full_scale": 3.0}), cache)
     assert scaled.spectrum is first.spectrum is not None and scaled.channels[0].full_scale == 3.0
     misses = cache.misses
@@ -200,9 +200,11 @@ def test_a_long_recording_is_solved_where_it_is_loud(monkeypatch: pytest.MonkeyP
     points = np.column_stack([0.02 * number, np.cumsum(0.02 * speeds), loads]).tolist()
     solved = prepare(recording(points, sample_rate=8000))
     assert solved.contact is not None and solved.mean is not None
-    whole = peaks_along(solved.contact, solved.scene, solved.mean, (0, 1, 2))
+    whole, told = peaks_along(solved.contact, solved.scene, solved.mean, (0, 1, 2))
+    assert not told
     monkeypatch.setattr(motion_peak, "PATIENCE", 0.02)
-    part = peaks_along(solved.contact, solved.scene, solved.mean, (0, 1, 2))
+    part, told = peaks_along(solved.contact, solved.scene, solved.mean, (0, 1, 2))
+    assert "may have been missed" in told
     assert part == pytest.approx(whole, rel=0.1)
 
 
@@ -211,7 +213,7 @@ def test_strokes_peak_at_four_fifths(length: str) -> None:
     stroke = {"length": length, "speed": "80 mm/s"}
     scene = scene_of(scan={"stroke": stroke}, output={"channels": list(QUANTITIES), "duration": 0.8})
     found = peaks(scene)
-    assert np.all(found <= 0.9) and np.all(found >= 0.6)
+    assert np.all(found <= 0.82) and np.all(found >= 0.78)
 
 
 def test_a_stroke_that_is_still_between_its_turns_is_heard_in_them() -> None:

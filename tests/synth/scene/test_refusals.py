@@ -58,7 +58,7 @@ def test_every_quantity_refuses_what_is_outside_or_no_quantity(path: str, rule: 
         ({"scan": {"stroke": {"length": "1 mm", "turn_time": "0.1 s"}}}, "/scan/stroke/turn_time", "shorter turn_time"),
         ({"scan": {"stroke": {"length": "0.1 mm", "speed": 9}}}, "/scan/stroke/length", "at least 5.63 mm"),
         ({"scan": {"trajectory": []}}, "/scan/trajectory", "list of points"),
-        ({"scan": {"trajectory": RISING[:3]}}, "/scan/trajectory", "list of points"),
+        ({"scan": {"trajectory": RISING[:1]}}, "/scan/trajectory", "list of points"),
         ({"scan": {"trajectory": "RISING"}}, "/scan/trajectory", "list of points"),
         ({"scan": {"trajectory": {}}}, "/scan/trajectory", "list of points"),
         ({"scan": {"trajectory": [*RISING, [0.4, 0]]}}, "/scan/trajectory/4", "three numbers"),

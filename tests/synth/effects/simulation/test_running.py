@@ -215,17 +215,17 @@ def test_a_mass_that_a_fast_force_drives_moves_as_far_as_it_should() -> None:
             assert np.max(np.abs(moved * found / wanted - 1.0)) > 1e-3
 
 
-@pytest.mark.parametrize("wait", [0.025, 0.2])
-def test_a_recording_begins_where_the_finger_comes_down_however_late(wait: float) -> None:
+@pytest.mark.parametrize("wait", [0.025, 12345.0])
+def test_a_recording_begins_at_its_first_point_whatever_the_clock(wait: float) -> None:
     rate, ways = 8000, np.arange(6) * 0.02
     finger = {"mass": "5 g", "damping": 3, "stiffness": 0}
 
     def landed(start: float) -> Array:
         trajectory = [[start + way, 0.1 * way, 0.1] for way in ways.tolist()]
-        output = {"quantity": "displacement", "full_scale": 1e-4, "sample_rate": rate, "duration": start + 0.1}
+        output = {"quantity": "displacement", "full_scale": 1e-4, "sample_rate": rate, "duration": 0.1}
         scan, texture = {"trajectory": trajectory}, {"period": "0.5 mm"}
         scene = {"texture": texture, "scan": scan, "effects": {"inertia": finger}, "output": output}
-        return np.asarray(ridgewave.render(scene).frames[round((start - 0.02) * rate) :, 0])
+        return np.asarray(ridgewave.render(scene).frames[:, 0])
 
-    at_once = landed(0.02)
+    at_once = landed(0.0)
     assert np.max(np.abs(landed(wait) - at_once)) <= 1e-6 * np.ptp(at_once)

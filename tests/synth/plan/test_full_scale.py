@@ -1,0 +1,109 @@
+"""A float file peaks at 0.8 of its automatic full scale, whatever scan, finger, texture and quantity it has."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+
+import ridgewave as rw
+from tests.few import few
+
+LOW, HIGH = 0.78, 0.82
+FINGERS = {"comb": {}, "fingertip": {"kind": "fingertip", "contact_length": "6 mm"}, "probe": {"kind": "probe"}}
+TEXTURES: dict[str, dict[str, Any]] = {
+    "sinusoid": {"period": "1.1 mm"},
+    "harmonics": {"kind": "harmonics", "period": "3 mm", "amplitudes": [1e-5, 8e-6, 6e-6], "phases": [0.1, 1.0, 2.0]},
+    "grating": {"kind": "grating", "period": "1.3 mm", "height": "60 um", "duty": 0.4},
+    "rough": {"kind": "rough", "period": "12 mm", "rms_height": "8 um", "shortest": "0.3 mm", "seed": 3},
+    "profile": {"kind": "profile", "heights": [0, 3e-5, 1e-5, -2e-5, 0, 4e-5, -1e-5], "spacing": "0.31 mm"},
+    "dots": {"kind": "dots"},
+    "heightmap": {"kind": "heightmap", "rows": [[0, 2e-5, 1e-5], [3e-5, 0, -1e-5]], "spacing": "0.5 mm"},
+}
+SCANS: dict[str, dict[str, Any]] = {
+    "constant": {"speed": "73 mm/s", "load": "0.4 N"},
+    "stroke": {"stroke": {"length": "21 mm", "speed": "67 mm/s", "load": "0.25 N"}},
+    "pressed": {"trajectory": [[0, 0, 0.3], [0.1, 0.005, 0.3], [0.2, 0.014, 0.3], [0.45, 0.03, 0.3]]},
+    "varying": {"trajectory": [[0, 0, 0.2], [0.11, 0.006, 0.6], [0.21, 0.015, 0.4], [0.4, 0.03, 0.9]]},
+    "landing": {"trajectory": [[7, 0, 0], [7.05, 0.003, 0], [7.1, 0.006, 0.4], [7.3, 0.02, 0.5], [7.4, 0.026, 0]]},
+    "two points": {"trajectory": [[0, 0, 0.3], [0.4, 0.03, 0.5]]},
+}
+QUANTITIES = ("approach", "displacement", "velocity", "acceleration")
+RATES = (8000, 48000)
+CASES = [
+    (finger, texture, scan, QUANTITIES[number % 4], RATES[number % 2])
+    for number, (finger, texture, scan) in enumerate(product(FINGERS, TEXTURES, SCANS))
+    if not (finger == "probe" and texture in ("dots", "heightmap"))
+]
+
+
+def peak_of(scene: dict[str, Any]) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Return the largest magnitude of each channel of a float file, and the warnings of its plan."""
+    sound = rw.render(scene)
+    return np.max(np.abs(sound.frames), axis=0), sound.warnings
+
+
+def check(scene: dict[str, Any]) -> None:
+    """Assert that every channel of the float file of `scene` peaks at four fifths."""
+    found, warnings = peak_of(scene)
+    assert np.all(found >= LOW) and np.all(found <= HIGH), (scene, found, warnings)
+
+
+@pytest.mark.parametrize("case", few(CASES, 26))
+def test_every_pair_of_a_finger_and_a_texture_under_every_scan(case: tuple[str, str, str, str, int]) -> None:
+    finger, texture, scan, quantity, rate = case
+    output: dict[str, Any] = {"quantity": quantity, "sample_rate": rate}
+    if "trajectory" not in SCANS[scan]:
+        output["duration"] = 0.41
+    check({"finger": FINGERS[finger], "texture": TEXTURES[texture], "scan": SCANS[scan], "output": output})
+
+
+def random_recording(seed: int) -> list[list[float]]:
+    """Return points whose loads are constant, vary, or land and lift inside; all kinds may end pressed."""
+    random = np.random.default_rng([38, seed])
+    count = int(random.integers(2, 25))
+    times = random.uniform(0.0, 50.0) + np.cumsum(random.uniform(0.02, 0.2, count))
+    places = np.cumsum(random.uniform(-0.004, 0.012, count))
+    kind = seed % 4
+    loads = np.full(count, random.uniform(0.05, 1.0)) if kind == 0 else random.uniform(0.1, 1.2, count)
+    if kind >= 2 and count > 6:
+        lifted = int(random.integers(2, count - 3))
+        loads[lifted : lifted + 2] = 0.0
+        if kind == 3:
+            loads[0] = 0.0
+    return [[float(t), float(p), float(w)] for t, p, w in zip(times, places, loads, strict=True)]
+
+
+@pytest.mark.parametrize("seed", few(range(100), 8))
+def test_random_recordings(seed: int) -> None:
+    finger = FINGERS[("comb", "fingertip", "probe")[seed % 3]]
+    texture = TEXTURES[("grating", "sinusoid", "harmonics", "profile")[seed // 3 % 4]]
+    output = {"sample_rate": 8000, "quantity": QUANTITIES[1 + seed // 2 % 3]}
+    check({"finger": finger, "texture": texture, "scan": {"trajectory": random_recording(seed)}, "output": output})
+
+
+@pytest.mark.parametrize("duration", [0.004, 0.03, 0.3])
+@pytest.mark.parametrize("scan", ["constant", "stroke", "varying"])
+def test_an_output_shorter_than_its_motion_is_as_loud_as_its_own_frames(scan: str, duration: float) -> None:
+    check({"texture": {"period": "2 mm"}, "scan": SCANS[scan], "output": {"duration": duration}})
+
+
+def test_a_lift_that_is_not_rendered_is_not_heard_in_the_full_scale() -> None:
+    points = [[0, 0, 0.3], [0.5, 0.03, 0.3], [1, 0.07, 0.3], [1.5, 0.1, 0.3], [2, 0.13, 0.3]]
+    texture = {"kind": "grating-1mm-31um"}
+    scene: dict[str, Any] = {"texture": texture, "scan": {"trajectory": points}, "output": {"sample_rate": 8000}}
+    check(scene)
+    lasting = {**scene, "output": {"sample_rate": 8000, "duration": 2.1}}
+    assert rw.render(lasting).full_scale[0] > 1.1 * rw.render(scene).full_scale[0], "the lift is the loudest part"
+
+
+def test_the_first_seconds_are_the_same_whatever_follows() -> None:
+    points = [[0.1 * n, 0.004 * n + 0.001 * np.sin(n), 0.3 + 0.1 * np.cos(n)] for n in range(11)]
+    output = {"duration": 1.0, "sample_rate": 8000}
+    for more in ([[60.0, 0.5, 8.0]], [[1.0001, 0.0401, 0.0], [1800.0, 0.0, 0.0]]):
+        here, there = (rw.render({"scan": {"trajectory": one}, "output": output}) for one in (points, [*points, *more]))
+        assert np.array_equal(here.frames, there.frames) and here.full_scale == there.full_scale
+        assert here.plan is not None and there.plan is not None
+        assert here.plan.estimated_error == there.plan.estimated_error
