@@ -278,7 +278,7 @@ def _add_import(commands: Any) -> None:
     parser.add_argument(
         "--unit",
         metavar="UNIT",
-        help="unit of the numbers in the file: m, cm, mm, um, nm or inch; or two, as in 'mm, um': of x, and of the heights",
+        help="unit of the numbers: m, cm, mm, um, nm or inch; or two, as in 'mm, um': of x, and of the heights",
     )
     parser.add_argument("--pixel", metavar="LENGTH", help="distance between points, as in 5um or '5 um, 10 um' (x, y)")
     parser.add_argument("--height", metavar="LENGTH", help="height of a displacement map, from black to white")

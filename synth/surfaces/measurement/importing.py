@@ -1,8 +1,8 @@
 """Import: makes a surface of a file and the options of the user, with a report of what was found and done.
 
 Stage   SURFACES, from files.
-Model   In this order: read the file; convert to metres; treat missing points, or resample; level; report. The heights are about
-        their mean and stored as 32-bit numbers. The report is of the heights before that rounding.
+Model   In this order: read the file; convert to metres; treat missing points, or resample; level; report. The heights
+        are about their mean and stored as 32-bit numbers. The report is of the heights before that rounding.
         An option that contradicts the file is refused, except in place of the resolution tag of an image.
 Limits  The greatest height of a scene's texture is 2 mm and its greatest slope 20 (docs/scene.md). A surface beyond
         these limits is imported with a note in the report, and a scene refuses it.
@@ -146,7 +146,7 @@ def _positions(found: SurfaceFile, spacing: tuple[float, ...], unit: str | None)
     """Return x of each point of a profile (m). unit: of x in the file."""
     if found.positions is not None:
         return found.positions * UNITS[unit or "m"]
-    return np.arange(len(found.heights)) * spacing[0]
+    return np.asarray(np.arange(len(found.heights)) * spacing[0], dtype=float)
 
 
 def _spacing(found: SurfaceFile, options: ImportOptions, unit: str | None, faults: list[Fault]) -> tuple[float, ...]:

@@ -3,8 +3,8 @@
 Stage   SURFACES, from files.
 Model   Straight lines between neighbouring points, read at equal steps from the first point on. Missing points are left
         out first ("fill"), or only the longest piece without them is kept ("crop").
-Limits  Detail that is finer than the new step is lost without a filter. Between distant points the profile is a straight
-        line, which was not measured. The last point is kept only if a step ends there.
+Limits  Detail that is finer than the new step is lost without a filter. Between distant points the profile is a
+        straight line, which was not measured. The last point is kept only if a step ends there.
 """
 
 from __future__ import annotations

@@ -51,8 +51,8 @@ DAMAGED = (
     *(ValueError, OSError, EOFError, SyntaxError, KeyError, IndexError, TypeError, OverflowError, ArithmeticError),
     *(struct.error, zlib.error, MemoryError, TokenError, RecursionError, AttributeError, RuntimeError, AssertionError),
 )
-"""What readers raise for damaged files. NumPy parses the header of an NPY file as Python, Pillow raises SyntaxError for a
-broken PNG, and tifffile what its code meets in tags of the wrong kind."""
+"""What readers raise for damaged files. NumPy parses the header of an NPY file as Python, Pillow raises SyntaxError for
+a broken PNG, and tifffile what its code meets in tags of the wrong kind."""
 
 
 def read_surface_file(path: Path, ending: str | None = None) -> SurfaceFile:

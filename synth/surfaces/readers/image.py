@@ -5,10 +5,10 @@ Model   A grey picture of unsigned whole numbers is a displacement map: 0 is its
         its type the highest. Its height in metres must be given. Other numbers are heights. Three equal channels are
         one. A picture in colour is a normal map if its colours are unit vectors. Pixels that are wholly transparent are
         missing points. Rows are along y, from the top of the picture down.
-Source  Pillow decodes the pixels. No gamma curve and no colour profile is applied: a displacement map holds numbers, not
-        brightness.
-Limits  Programs write resolutions of 72, 96, 150, 300, 600 or 1200 dots per inch for screens and printers. These are
-        not used as distances.
+Source  Pillow decodes the pixels. No gamma curve and no colour profile is applied: a displacement map holds numbers,
+        not brightness.
+Limits  Programs write resolutions of 72, 96, 150, 300, 600 or 1200 dots per inch for screens and printers, and 1 where
+        they know none. These are not used as distances.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from synth.surfaces.readers import normal_map
 from synth.surfaces.readers.surface_file import MOST_POINTS, SurfaceFile, check_shape, finite_heights, refuse_file
 
 INCH = 0.0254  # m
+LEAST_DPI = 10.0  # 2.5 mm a pixel: programs that know no resolution write 1
 USUAL_DPI = (72.0, 96.0, 150.0, 300.0, 600.0, 1200.0)
 ROUNDED_DPI = 0.02  # dots per inch: PNG stores whole dots per metre
 LOSSY_GREY = 6  # of 255: permitted difference of the channels of a grey picture that was compressed with loss
@@ -87,6 +88,8 @@ def spacing_of_dpi(dpi: tuple[float, float] | None) -> tuple[tuple[float, float]
         return None, ()
     if all(min(abs(value - usual) for usual in USUAL_DPI) < ROUNDED_DPI for value in dpi):
         return None, (f"Its tag of {round(dpi[0])} dots per inch is a usual setting of programs, and was not used",)
+    if min(dpi) < LEAST_DPI:
+        return None, (f"Its tag of {dpi[0]:.3g} dots per inch is no measured surface's, and was not used",)
     return (INCH / float(dpi[0]), INCH / float(dpi[1])), ()
 
 

@@ -36,7 +36,7 @@ class Lattice(NamedTuple):
     """at: place of each coordinate. count: number of places. spacing: between them. off: greatest deviation."""
 
     at: np.ndarray[Any, Any]
-    count: int
+    count: int  # type: ignore[assignment]  # of NamedTuple's own method
     spacing: float
     off: float
 

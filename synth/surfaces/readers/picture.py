@@ -1,9 +1,10 @@
 """PNG, JPEG, BMP, WebP and PNM: grey displacement maps, or normal maps in colour.
 
 Stage   SURFACES, from files.
-Model   Grey of any number of bits, palettes of greys, grey with alpha, and RGB with three equal channels are a displacement
-        map (`image`). Colours that are unit vectors are a normal map (`normal_map`). Any other picture is refused. The
-        orientation tag (EXIF) is applied. A colour or grey that a PNG declares transparent is a missing point.
+Model   Grey of any number of bits, palettes of greys, grey with alpha, and RGB with three equal channels are a
+        displacement map (`image`). Colours that are unit vectors are a normal map (`normal_map`). Any other picture is
+        refused. The orientation tag (EXIF) is applied. A colour or grey that a PNG declares transparent is a missing
+        point.
 Source  PNG (ISO/IEC 15948): IHDR, pHYs for dots per metre, and sCAL for the size of a pixel.
 Limits  Of an animation the first picture is read. PNG, JPEG and WebP may have a colour profile, which is not applied.
 """
@@ -51,10 +52,7 @@ def read(path: Path, _ending: str) -> SurfaceFile:
         spacing = scale or spacing
         notes += _notes(image)
         orientation = image.getexif().get(ExifTags.Base.Orientation, 1)
-        if bits == 16 and image.mode in ("RGB", "RGBA"):
-            pixels = wide_pixels(path)
-        else:
-            pixels = _pixels(image)
+        pixels = wide_pixels(path) if bits == 16 and image.mode in ("RGB", "RGBA") else _pixels(image)
         transparent = image.info.get("transparency") if image.mode != "P" else None
         lossy = kind == "JPEG" or (kind == "WEBP" and b"VP8 " in path.read_bytes()[:64])
     found_bits = bits if bits and pixels.ndim == 2 and pixels.dtype == np.uint8 else 1 if header[:2] == b"P4" else None

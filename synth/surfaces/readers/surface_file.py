@@ -65,7 +65,7 @@ _BY_SPELLING |= {name.lower(): name for name in UNITS if name not in ("A", "m")}
 
 
 def unit_named(text: str) -> str | None:
-    """Return the unit of length that `text` is, as a key of UNITS, or None. Capitals are not told apart, but A and m."""
+    """Return the unit of length that `text` is, a key of UNITS, or None. Capitals are not told apart, but A and m."""
     text = text.strip().rstrip(".").replace("\u03bc", "\u00b5").replace("\\u00B5", "\u00b5")
     if text in UNITS:
         return text

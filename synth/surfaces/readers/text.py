@@ -45,8 +45,28 @@ MOST_HEADER = 300  # lines before the numbers
 LONGEST_HEADER = 1000  # characters of a line of the header that are looked at
 SAMPLE = 100  # lines that decide how the numbers are written
 OF_PACKAGE = (".spm", ".nid", ".ezd", ".bcr", ".bcrf", ".cur", ".stp", ".tom", ".top", ".sdf", ".ibw", ".mi", ".gsf")
-OTHER_PROGRAMS = (rb"\*File list", rb"\*Force file list", b"Wyko ASCII", b"aISO-1.0", b"bISO-1.0", b"fileformat", b"WSxM")
-OTHER_PROGRAMS += (b"ply\n", b"ply\r", b"%PDF", b"%!PS", b"ISO-10303", b"{", b"<", b"DSAA", b"#?RADIANCE", b"#?RGBE", b"#usda")
+OTHER_PROGRAMS: tuple[bytes, ...] = (
+    rb"\*File list",
+    rb"\*Force file list",
+    b"Wyko ASCII",
+    b"aISO-1.0",
+    b"bISO-1.0",
+    b"fileformat",
+    b"WSxM",
+)
+OTHER_PROGRAMS += (
+    b"ply\n",
+    b"ply\r",
+    b"%PDF",
+    b"%!PS",
+    b"ISO-10303",
+    b"{",
+    b"<",
+    b"DSAA",
+    b"#?RADIANCE",
+    b"#?RGBE",
+    b"#usda",
+)
 
 
 def fits(head: bytes, ending: str) -> bool:
@@ -157,7 +177,7 @@ def _numbers(lines: Iterator[str], delimiter: str | None, columns: int, size: in
 
 
 def _line_by_line(path: Path, codec: str, form: Form) -> np.ndarray[Any, Any]:
-    """Return the numbers of a file with comments, quotes or missing points. Raises InvalidRequest for its first fault."""
+    """Return the numbers of a file with comments, quotes or missing points, or raise InvalidRequest for a fault."""
     with path.open(encoding=codec) as file:
         _, sample = _beginning(file)
         columns = _count(form, sample[0])

@@ -43,8 +43,8 @@ def encoding_of(path: Path) -> tuple[str, str]:
         for mark, codec, name in MARKS:
             if head.startswith(mark):
                 return codec, name
-        if codec := _utf16(head):
-            return codec, "UTF-16 without a mark"
+        if wide := _utf16(head):
+            return wide, "UTF-16 without a mark"
         decoder = codecs.getincrementaldecoder("utf-8")()
         part, is_ascii = head, True
         try:

@@ -4,8 +4,8 @@ Stage   SURFACES, from files.
 Model   A line with as many cells as there are columns names them; a line of units gives their units. A unit stands in
         brackets, after a stroke, or as the last word: "X [mm]", "Length/mm", "Position mm", "z_um". Other lines state
         one value each, as a word of KEYS, a sign, and a number or a unit: "x_unit: mm", "Sampling interval;0.5;um".
-Source  Gwyddion user guide, export of raw data as text; SPIP's ASCII format; Esri ASCII raster; exports of Bruker,
-        Keyence, Mitutoyo and Taylor Hobson instruments, as programs that read them describe them.
+Source  Gwyddion user guide, export of raw data as text; SPIP's ASCII format; Esri ASCII raster; the other words are
+        this project's choice.
 Limits  A unit that is not a length refuses the file, as does a factor of the heights. Other lines are left out.
 """
 
@@ -40,7 +40,9 @@ HEIGHT = re.compile(
 )
 OPTICAL = re.compile(r"(?i:intensity.*|red|green|blue|r|g|b|colou?r.*|quality.*|valid.*|flag.*|confidence.*)")
 _STEP = r"(?:pixel ?size|pixel|spacing|pitch|step(?: ?size| ?distance| ?width)?|incr(?:ement)?|resolution|"
-_STEP += r"sampl(?:ing|e) ?(?:interval|distance|step|spacing|pitch|length)|calibration|point ?(?:spacing|distance|pitch)"
+_STEP += (
+    r"sampl(?:ing|e) ?(?:interval|distance|step|spacing|pitch|length)|calibration|point ?(?:spacing|distance|pitch)"
+)
 _STEP += r"|data ?(?:spacing|interval)|lateral ?resolution|abtastabstand|punktabstand|messpunktabstand)"
 _FACTOR = r"(?:z|height)?[ _-]?(?:scale|scaling|scale ?factor|factor|multiplier|height ?scale)"
 KEYS = {
@@ -128,7 +130,8 @@ def _value(key: str, match: re.Match[str], line: str) -> tuple[str, str] | None:
     """Return the number and the unit that `line` states for `key`, or None if it states none."""
     number, unit = match["number"] or "", (match["unit"] or "").split("/")[0] or (match["of_key"] or "")
     if key == "channel":
-        return ("", line[match.end("of_key") if match["of_key"] else match.start("sign") + 1 :].strip()[:80]) or None
+        named = line[match.end("of_key") if match["of_key"] else match.start("sign") + 1 :].strip()[:80]
+        return ("", named) if named else None
     if key.startswith("unit"):
         stated = unit if match["sign"] or unit_named(unit) else ""
         stated = stated or (match["of_key"] or "")
@@ -181,7 +184,7 @@ def _cells(line: str, form: Form, count: int) -> list[str] | None:
     text = _PREFIX.sub("", line).strip().replace('"', "")
     if count == 1:
         return [text] if len(text) < 60 and not re.search(r"[:=]", text) else None
-    ways = (re.escape(form.separator) if form.separator != " " else r"\s{2,}|\t",)
+    ways: tuple[str, ...] = (re.escape(form.separator) if form.separator != " " else r"\s{2,}|\t",)
     ways += (r"\t", ";", r"\|", ",", r"\s{2,}", r"\s+(?![\[(])", r"[\s,]+(?![\[(])")
     for way in ways:
         cells = [cell.strip(" '") for cell in re.split(way, text)]

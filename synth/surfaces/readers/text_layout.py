@@ -79,7 +79,7 @@ def _roles(header: Header, values: np.ndarray[Any, Any]) -> tuple[str, ...] | No
 
 def _named(named: list[str]) -> tuple[str, ...]:
     """Return the roles of named columns: the first of each kind; others are not read."""
-    kept = {role: named.index(role) for role in ("x", "y", "height") if role in named}
+    kept: dict[str, int] = {role: named.index(role) for role in ("x", "y", "height") if role in named}
     return tuple(role if kept.get(role) == place else "" for place, role in enumerate(named))
 
 
@@ -124,7 +124,7 @@ def _of_columns(values: np.ndarray[Any, Any], roles: tuple[str, ...], header: He
 def _notes(columns: tuple[Column, ...], roles: tuple[str, ...]) -> tuple[str, ...]:
     """Return notes about columns that were not read, and about a column of depths."""
     left = [one.name for one, role in zip(columns, roles, strict=True) if not role and one.name]
-    notes = (f"Columns that were not read: {', '.join(left)[:120]}",) if left else ()
+    notes: tuple[str, ...] = (f"Columns that were not read: {', '.join(left)[:120]}",) if left else ()
     if columns[roles.index("height")].name.lower().startswith(("depth", "tiefe")):
         notes += ("A column of depths was read as heights: if its numbers count downwards, change their sign",)
     return notes
@@ -174,7 +174,9 @@ def _grid(values: np.ndarray[Any, Any], header: Header, said: str) -> SurfaceFil
         check_shape(heights.shape)
         spacing, along = _sized(header, 1, columns)
         spacing = spacing and spacing[:1]
-        return SurfaceFile("text", f"heights along a line{said}", heights, missing, unit, spacing, along, channel=channel)
+        return SurfaceFile(
+            "text", f"heights along a line{said}", heights, missing, unit, spacing, along, channel=channel
+        )
     check_shape(values.shape)
     heights, missing = finite_heights(values)
     layout = f"a grid of {rows} rows and {columns} columns{said}"

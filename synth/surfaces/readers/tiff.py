@@ -1,9 +1,9 @@
 """TIFF: a displacement map of whole numbers, or an image of real numbers, which are heights.
 
 Stage   SURFACES, from files.
-Model   tifffile decodes the pixels as they are stored, of any number of bits; what it cannot unpack alone (LZW, JPEG and
-        others) is decoded by Pillow. What tags state of the numbers is used (`tiff_tags`): missing points, factor, unit,
-        distances and orientation. If 0 is white, whole numbers are counted from the other end. Files of Park
+Model   tifffile decodes the pixels as they are stored, of any number of bits; what it cannot unpack alone (LZW, JPEG
+        and others) is decoded by Pillow. What tags state of the numbers is used (`tiff_tags`): missing points, factor,
+        unit, distances and orientation. If 0 is white, whole numbers are counted from the other end. Files of Park
         microscopes are TIFF too, and are read by `topography_package`.
 Source  TIFF 6.0; BigTIFF.
 Limits  Only the first page is read. Compressed images of 64-bit numbers and of 12 bits are refused, unless the
@@ -64,7 +64,7 @@ def read(path: Path, ending: str) -> SurfaceFile:
 
 
 def _pixels(page: Any, path: Path) -> tuple[np.ndarray[Any, Any], bool]:
-    """Return the pixels as they are stored, [rows, columns] or [rows, columns, channels], and whether they are turned."""
+    """Return the pixels as stored, [rows, columns] or [rows, columns, channels], and whether they are turned."""
     bits = page.bitspersample if isinstance(page.bitspersample, int) else page.bitspersample[0]
     channels = int(page.samplesperpixel)
     if page.dtype is None or page.dtype.kind not in "uif" or channels > 4 or page.imagedepth > 1:

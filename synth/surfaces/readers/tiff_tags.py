@@ -85,9 +85,7 @@ def _no_data(tags: Any) -> float | None:
 def _numbers(tags: Any, description: str) -> tuple[float, float, str | None]:
     """Return factor, offset and unit of the heights."""
     metadata = str(_value(tags, GDAL_METADATA) or "")
-    found = {
-        role.lower(): text.strip() for role, text in re.findall(r'role="(\w+)"[^>]*>([^<]*)</Item>', metadata)
-    }
+    found = {role.lower(): text.strip() for role, text in re.findall(r'role="(\w+)"[^>]*>([^<]*)</Item>', metadata)}
     scale, offset, unit = _real(found.get("scale"), 1.0), _real(found.get("offset"), 0.0), found.get("unittype", "")
     if description.startswith("ImageJ="):
         line = dict(re.findall(r"^(cf|c0|c1|vunit)=(.*)$", description, re.MULTILINE))

@@ -5,9 +5,10 @@ Model   A reader of the package is tried if it recognises the first bytes, or if
         file's ending. It gives each channel with its sizes and units. The default channel is read if it has heights,
         else the first channel of heights. The package is imported only for such a file.
 Source  SurfaceTopography (MIT), https://contactengineering.github.io/SurfaceTopography/.
-Limits  Needs the extra `surfaces`. A profile with unequal steps keeps its positions. The package reads the whole header, and for
-        some formats the whole file, before the number of points is known. Therefore the unpacked size of a ZIP file is
-        checked first, and on Linux the process can allocate at most MOST_MEMORY more while the package reads.
+Limits  Needs the extra `surfaces`. A profile with unequal steps keeps its positions. The package reads the whole
+        header, and for some formats the whole file, before the number of points is known. Therefore the unpacked size
+        of a ZIP file is checked first, and on Linux the process can allocate at most MOST_MEMORY more while the package
+        reads.
 """
 
 from __future__ import annotations
