@@ -274,8 +274,12 @@ def _add_import(commands: Any) -> None:
         "Read a file of heights, report what is in it, and keep it as a texture that scenes can name. What the file "
         "does not state, such as a unit, has to be given: nothing is guessed.",
     )
-    parser.add_argument("file", metavar="FILE", help="text, NPY, PNG, TIFF, or a format that SurfaceTopography reads")
-    parser.add_argument("--unit", metavar="UNIT", help="unit of the numbers in the file: m, cm, mm, um, nm or inch")
+    parser.add_argument("file", metavar="FILE", help="text, NPY, an image, or a format that SurfaceTopography reads")
+    parser.add_argument(
+        "--unit",
+        metavar="UNIT",
+        help="unit of the numbers: m, cm, mm, um, nm or inch; or two, as in 'mm, um': of x, and of the heights",
+    )
     parser.add_argument("--pixel", metavar="LENGTH", help="distance between points, as in 5um or '5 um, 10 um' (x, y)")
     parser.add_argument("--height", metavar="LENGTH", help="height of a displacement map, from black to white")
     parser.add_argument(
@@ -288,6 +292,11 @@ def _add_import(commands: Any) -> None:
         choices=("refuse", "fill", "crop"),
         help="missing points: refuse the file (default), fill them from their neighbours, or crop to the largest part "
         "without them",
+    )
+    parser.add_argument(
+        "--resample",
+        metavar="LENGTH",
+        help="interpolate a profile linearly to points at this distance, as in 5um: for steps of x that are not equal",
     )
     parser.add_argument("--name", metavar="NAME", help="name of the texture; default: that of the file")
     parser.add_argument("--picture", metavar="OUT.png", help="also write a picture of the surface")

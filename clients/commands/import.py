@@ -62,10 +62,12 @@ def report_rows(report: Mapping[str, Any]) -> list[tuple[str, str]]:
     rows = [
         ("file", report["file"]),
         ("read as", f"{report['format']}: {report['layout']}"),
+        *_reading_rows(report["reading"]),
         ("channel", report["channel"]),
         ("size", " x ".join(_length(size, "mm") for size in report["size"])),
         ("points", " x ".join(map(str, report["points"]))),
         ("spacing", " x ".join(_length(step) for step in report["spacing"])),
+        ("unit of x", report["unit_of_x"] or ""),
         ("unit of the heights", unit),
         ("Rq, rms height", _length(report["rq"])),
         ("Ra, mean height", _length(report["ra"])),
@@ -78,6 +80,20 @@ def report_rows(report: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("missing points", f"{missing['points']}{rule if missing['points'] else ''}"),
     ]
     return [(name, value) for name, value in rows if value]
+
+
+def _reading_rows(reading: Mapping[str, Any] | None) -> list[tuple[str, str]]:
+    """Return how a text was read: its encoding, and each column with its unit."""
+    if reading is None:
+        return []
+    decimal = {".": "decimal points", ",": "decimal commas"}[reading["decimal_sign"]]
+    separated = f", separated by {reading['separator']}" if reading["separator"] else ""
+    columns = [
+        f"{column['name'] or 'column ' + str(number)}: {column['read_as']}"
+        + (f" in {column['unit']}" if column["unit"] else "")
+        for number, column in enumerate(reading["columns"], 1)
+    ]
+    return [("text", f"{reading['encoding']}{separated}, {decimal}"), ("columns", "; ".join(columns))]
 
 
 def _length(value: float, unit: str = "") -> str:

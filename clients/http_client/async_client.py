@@ -77,6 +77,7 @@ class AsyncClient:
         height: str | None = None,
         level: str | None = None,
         missing: str | None = None,
+        resample: str | None = None,
         name: str | None = None,
         dry_run: bool = False,
     ) -> Document:
@@ -87,6 +88,7 @@ class AsyncClient:
             "height": height,
             "level": level,
             "missing": missing,
+            "resample": resample,
             "name": name,
         }
         return await self.carry(calls.import_texture(path, options, dry_run))

@@ -85,13 +85,15 @@ class Client:
         height: str | None = None,
         level: str | None = None,
         missing: str | None = None,
+        resample: str | None = None,
         name: str | None = None,
         dry_run: bool = False,
     ) -> Document:
         """Import a file of heights (docs/import.md); return its name, report and picture.
 
-        unit, pixel, height: what the file does not state, as in "um", "5 um", "120 um".
+        unit, pixel, height: what the file does not state, as in "um" or "mm, um", "5 um", "120 um".
         level: "none", "tilt" or "curvature". missing: "refuse", "fill" or "crop".
+        resample: distance to which a profile is interpolated linearly, as in "5 um".
         name: of the texture; None for that of the file. dry_run: report only.
         """
         options = {
@@ -100,6 +102,7 @@ class Client:
             "height": height,
             "level": level,
             "missing": missing,
+            "resample": resample,
             "name": name,
         }
         return self.carry(calls.import_texture(path, options, dry_run))

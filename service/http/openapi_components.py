@@ -171,11 +171,17 @@ _REPORT = _object(
         "size": _NUMBERS | {"description": "Points times spacing, m."},
         "unit": {"type": ["string", "null"], "description": "Of the heights in the file."},
         "unit_stated_by_file": _FLAG,
+        "unit_of_x": {"type": ["string", "null"], "description": "Of x and y in the file."},
+        "reading": {
+            "type": ["object", "null"],
+            "description": "How text was read: encoding, separator, decimal_sign, header_lines, columns.",
+        },
         "rq": _NUMBER | {"description": "Root mean square height about the mean, m."},
         "ra": _NUMBER | {"description": "Mean absolute height about the mean, m."},
         "peak_to_valley": _NUMBER,
         "rms_slope": _NUMBERS | {"description": "Between neighbouring points, along x, then along y."},
         "level": _TEXT | {"description": "The form that was removed."},
+        "resample": {"type": ["number", "null"], "description": "Given distance between points, m."},
         "missing": _object({"points": _WHOLE, "rule": _TEXT}),
         "notes": _TEXTS,
     }

@@ -25,8 +25,9 @@ async def read_body(request: Request, media_types: frozenset[str] = JSON, *, opt
     if given is None and optional and _has_no_body(request):
         return b""
     if (given or "").partition(";")[0].strip().lower() not in media_types:
-        names = " or ".join(sorted(media_types))
+        names = names_of(media_types)
         raise Problem("not-json", f"Send Content-Type: {names}.", headers={"Accept-Post": names})
+    check_not_packed(request, "not-json", names_of(media_types))
     limit = service_of(request).settings.max_body
     larger = too_large(limit, "RIDGEWAVE_MAX_BODY")
     length = request.headers.get("content-length", "")
@@ -39,6 +40,19 @@ async def read_body(request: Request, media_types: frozenset[str] = JSON, *, opt
             raise larger
         parts.append(part)
     return b"".join(parts)
+
+
+def names_of(media_types: frozenset[str]) -> str:
+    """Return media types as the end of a sentence."""
+    return " or ".join(sorted(media_types))
+
+
+def check_not_packed(request: Request, kind: str, media_type: str) -> None:
+    """Raise Problem `kind` (415) for a body with a Content-Encoding, such as gzip: it would be read as damaged."""
+    coding = request.headers.get("content-encoding", "").strip().lower()
+    if coding not in ("", "identity"):
+        detail = f"Send {media_type} without Content-Encoding: packed bodies, such as gzip, are not read."
+        raise Problem(kind, detail, headers={"Accept-Encoding": "identity"})
 
 
 def too_large(limit: int, setting: str) -> Problem:

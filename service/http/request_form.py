@@ -21,7 +21,7 @@ from starlette.requests import Request
 from starlette.types import Message
 
 from service.compute.import_process import NO_ROOM
-from service.http.request_body import too_large
+from service.http.request_body import check_not_packed, too_large
 from service.problems import Problem, refused
 from synth.errors import CannotRender, shown
 
@@ -50,6 +50,7 @@ async def read_form(request: Request, limit: int, setting: str) -> AsyncIterator
     media_type, parameters = parse_options_header(request.headers.get("content-type"))
     if media_type != FORM.encode():
         raise Problem("not-multipart", f"Send Content-Type: {FORM}.", headers={"Accept-Post": FORM})
+    check_not_packed(request, "not-multipart", FORM)
     charset = parameters.get(b"charset", b"utf-8").decode("latin-1")
     if charset.lower() not in CHARSETS:
         raise refused("", f"a form with charset={shown(charset)}", "a form in UTF-8", "Leave charset out.")

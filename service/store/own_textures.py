@@ -15,7 +15,7 @@ from synth.scene.catalogue import CatalogueEntry
 
 def own_store() -> Store:
     """Return the user's store."""
-    return Store(folder_of_environment())
+    return Store(folder_of_environment(), tells_folder=True)
 
 
 def texture_named(name: str) -> CatalogueEntry | StoredTexture:

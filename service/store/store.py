@@ -17,7 +17,7 @@ import re
 import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -137,9 +137,13 @@ class StoredTexture:
 
 @dataclass(frozen=True, slots=True)
 class Store:
-    """The store in `folder`. Stores of the same folder are equal."""
+    """The store in `folder`. Stores of the same folder are equal.
+
+    tells_folder: whether errors name the folder.
+    """
 
     folder: Path
+    tells_folder: bool = field(default=False, compare=False)
 
     def keep(
         self, owner: str, name: str, surface: SurfaceData, kind: str, report: Mapping[str, Any], quota: Quota
@@ -263,12 +267,12 @@ class Store:
                 database.executescript(TABLES)
                 yield database
             return
-        with _plain_errors(), closing(self._readable()) as database:
+        with _plain_errors(self.folder if self.tells_folder else None), closing(self._readable()) as database:
             yield database
 
     @contextmanager
     def _writing(self) -> Iterator[sqlite3.Connection]:
-        with _plain_errors():
+        with _plain_errors(self.folder if self.tells_folder else None):
             self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             with closing(self._connected()) as database:
                 database.execute("BEGIN IMMEDIATE")
@@ -334,12 +338,15 @@ def _check_quota(database: sqlite3.Connection, owner: str, quota: Quota) -> None
 
 
 @contextmanager
-def _plain_errors() -> Iterator[None]:
-    """Raise CannotRender in place of what SQLite and the file system raise, without their words or any path."""
+def _plain_errors(folder: Path | None) -> Iterator[None]:
+    """Raise CannotRender in place of what SQLite and the file system raise, without their words.
+
+    folder: the data folder, to be told to its owner; None for a peer, who is told no path.
+    """
     try:
         yield
     except (sqlite3.Error, OSError) as error:
-        raise CannotRender(UNREADABLE) from error
+        raise CannotRender(UNREADABLE + (f" It is {folder}." if folder else "")) from error
 
 
 @lru_cache(maxsize=CACHED)

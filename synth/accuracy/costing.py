@@ -126,9 +126,9 @@ def _unfelt(scene: Scene, plan: Plan) -> dict[str, Any]:
 
 
 def _contact_summary(solved: Preparation) -> dict[str, Any]:
-    """Return stiffness (N/m; k of eqs 4-5, or dw/dz of a round finger), contact_fraction, rms (SI, per quantity), sensation_level_db and groups.
+    """Return stiffness (N/m), contact_fraction, rms (SI, per quantity), sensation_level_db and groups.
 
-    A value that is not known is None.
+    The stiffness is k of eqs 4-5; of a round finger it is dw/dz. A value that is not known is None.
     """
     summary: dict[str, Any] = dict.fromkeys(("stiffness", "contact_fraction", "rms", "sensation_level_db", "groups"))
     contact, load = solved.contact, solved.scene.scan.load

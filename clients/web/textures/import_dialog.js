@@ -9,7 +9,14 @@ import { byId, make } from "../dom.js";
 import { call } from "../service.js";
 import { reportList, summaryOf } from "./import_report.js";
 
-const UNITS = [["", "as in the file"], ["m"], ["cm"], ["mm"], ["um", "µm"], ["nm"], ["inch"]];
+const LENGTHS = [["m"], ["cm"], ["mm"], ["um", "µm"], ["nm"], ["inch"]];
+const UNITS = [
+  ["", "as in the file"],
+  ...LENGTHS,
+  ["mm, um", "x in mm, heights in µm"],
+  ["um, nm", "x in µm, heights in nm"],
+  ["mm, nm", "x in mm, heights in nm"],
+];
 const LEVELS = [
   ["none", "nothing"],
   ["tilt", "tilt (a plane)"],
@@ -27,6 +34,7 @@ const OPTIONS = [
   ["height", "Height of a grey image", "From its darkest to its brightest possible grey, such as 120 µm."],
   ["level", "Form to remove", "If the surface was not level under the instrument.", LEVELS],
   ["missing", "Missing points", "What is done with points that have no height.", RULES],
+  ["resample", "Resample a profile to", "Linearly, if its steps of x are not equal: such as 5 µm. Empty: not."],
   ["name", "Name", "1 to 64 small letters, digits and -. It stands for the texture in scenes."],
 ];
 const MEASURED = OPTIONS.map(([name]) => name).filter((name) => name !== "name");

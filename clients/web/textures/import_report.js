@@ -19,6 +19,7 @@ function linesOf(report) {
   const area = points.length > 1;
   return [
     ["File", `${report.file} (${[report.format, report.layout, report.channel].filter(Boolean).join(", ")})`],
+    ...readingOf(report.reading),
     ["Size", `${along(size, length)}, ${along(points, String)} points`],
     ["Distance between points", along(spacing, length)],
     ["Unit of the heights", unit ? `${unit}, ${stated ? "stated by the file" : "given"}` : "none: a height was given"],
@@ -29,6 +30,19 @@ function linesOf(report) {
     ["Missing points", missing.points ? `${missing.points}: ${missing.rule}` : "none"],
     ...report.notes.map((note) => ["Note", `${note}.`]),
   ];
+}
+
+/** Returns the lines about how a text was read; none for other files, and for reports of older versions. */
+function readingOf(reading) {
+  if (!reading) return [];
+  const { encoding, separator, decimal_sign: decimal, columns } = reading;
+  const parts = [encoding, separator && `separated by ${separator}`, `decimal sign ${decimal}`];
+  const named = columns.map(
+    ({ name, read_as: role, unit }, number) =>
+      `${name || `column ${number + 1}`}: ${role}${unit ? ` in ${unit}` : ""}`,
+  );
+  const text = ["Text", parts.filter(Boolean).join(", ")];
+  return named.length ? [text, ["Columns", named.join("; ")]] : [text];
 }
 
 /** Returns `report` as a list of names and values. */

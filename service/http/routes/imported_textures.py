@@ -30,11 +30,12 @@ router = APIRouter(tags=["textures"])
 NO_STORE = {"Cache-Control": "no-store"}
 TEXT = {"type": "string"}
 OPTIONS = {
-    "unit": "Unit of the numbers in the file: m, cm, mm, um, nm or inch.",
+    "unit": "Unit of the numbers: m, cm, mm, um, nm or inch; or two, of x and of the heights, as in mm, um.",
     "pixel": "Distance between points, as in 5 um, or 5 um, 10 um for x and y.",
     "height": "Height of a displacement map, as in 120 um.",
     "level": "Form to remove: none, tilt or curvature.",
     "missing": "Rule for missing points: refuse, fill or crop.",
+    "resample": "Distance to which the points of a profile are interpolated linearly, as in 5 um.",
 }
 IMPORT_BODY = {
     "type": "object",

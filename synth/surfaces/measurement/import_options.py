@@ -1,4 +1,4 @@
-"""The options of an import: unit, distance between points, height, levelling, and the rule for missing points.
+"""The options of an import: units, distances between points, height, levelling, and the rule for missing points.
 
 Stage   SURFACES, from files. The command line and the service read the same options.
 """
@@ -11,7 +11,7 @@ from typing import Any
 
 from synth.errors import Fault, InvalidRequest, shown
 from synth.scene.quantity import Dimension, QuantityError, parse_quantity, show_quantity
-from synth.surfaces.readers.surface_file import UNITS
+from synth.surfaces.readers.surface_file import UNITS, unit_named
 
 WRITTEN_UNITS = ("m", "cm", "mm", "um", "nm", "inch")
 LEVELS = ("none", "tilt", "curvature")
@@ -24,25 +24,28 @@ HIGHEST = 0.02  # m; the height of a displacement map: ten times that of the hig
 class ImportOptions:
     """The options of an import.
 
-    unit: unit of the numbers in the file, or None.
+    unit: units of the numbers in the file, or None: one of all, or one of x and y and one of the heights.
     pixel: distance between neighbouring columns, then rows (m), or None; one value applies to both.
     height: height of a displacement map from its lowest to its highest number (m), or None.
     level: the form that is removed: "none", "tilt" (a plane) or "curvature" (a surface of second order).
     missing: what is done about missing points: "refuse", "fill" or "crop".
+    resample: distance between points to which a profile is interpolated linearly (m), or None.
     """
 
-    unit: str | None = None
+    unit: tuple[str, ...] | None = None
     pixel: tuple[float, ...] | None = None
     height: float | None = None
     level: str = "none"
     missing: str = "refuse"
+    resample: float | None = None
 
 
 def read_options(fields: Mapping[str, Any]) -> ImportOptions:
     """Return the options in `fields`. None means that an option is not given. Raises InvalidRequest with every fault.
 
     height: a number in m, or text with a unit.
-    pixel: the same, or two lengths in one text, separated by a comma, for unequal distances.
+    unit: one unit, or two separated by a comma: of x and y, and of the heights.
+    pixel: as height, or two lengths in one text, separated by a comma, for unequal distances.
     """
     faults: list[Fault] = []
     values: dict[str, Any] = {}
@@ -89,6 +92,14 @@ def _length(low: float, high: float) -> Callable[[Any], float]:
     return read
 
 
+def _units(value: Any) -> tuple[str, ...]:
+    parts = tuple(unit_named(part) or part.strip() for part in value.split(",")) if isinstance(value, str) else (value,)
+    parts = tuple("um" if part == "µm" else part for part in parts)
+    if len(parts) > 2 or not all(part in WRITTEN_UNITS for part in parts):
+        raise QuantityError(", ".join(WRITTEN_UNITS), 'Write "um", or "mm, um" for x in mm and heights in um.')
+    return parts
+
+
 def _pixel(value: Any) -> tuple[float, ...]:
     parts = value.split(",") if isinstance(value, str) else [value]
     if len(parts) > 2:
@@ -97,10 +108,11 @@ def _pixel(value: Any) -> tuple[float, ...]:
 
 
 READERS: Mapping[str, Callable[[Any], Any]] = {
-    "unit": _choice(WRITTEN_UNITS),
+    "unit": _units,
     "pixel": _pixel,
     "height": _length(SMALLEST, HIGHEST),
     "level": _choice(LEVELS),
     "missing": _choice(RULES),
+    "resample": _length(SMALLEST, LARGEST),
 }
 assert set(WRITTEN_UNITS) <= set(UNITS)

@@ -1,9 +1,10 @@
-"""The registry of file formats: finds the reader of a file by its first bytes and its ending.
+"""The registry of file formats: finds the reader of a file by its contents.
 
 Stage   SURFACES, from files.
-Model   The first bytes decide if a format has a signature (PNG, TIFF, NPY). A text file is read as text if its ending
-        is one of text files, or if it has none. Every other file is read by the package SurfaceTopography (the extra
-        `surfaces`).
+Model   The first bytes decide: signatures of NPY, TIFF and other images come first, then text, unless it begins as the
+        text of another program does. Every other file is read by the package SurfaceTopography (the extra
+        `surfaces`), if it knows the file. A file that nothing reads is named (`known_files`). The ending of the name
+        decides only where contents cannot: between TIFF and microscopes that write TIFF, for example.
 Limits  The size of the file is checked before it is opened. A damaged file always raises InvalidRequest.
 """
 
@@ -17,7 +18,7 @@ from pathlib import Path
 from tokenize import TokenError
 
 from synth.errors import RidgewaveError
-from synth.surfaces.readers import npy, png, text, tiff, topography_package
+from synth.surfaces.readers import npy, picture, text, tiff, topography_package
 from synth.surfaces.readers.surface_file import LARGEST_FILE, SurfaceFile, check_numbers, check_shape, refuse_file
 
 HEAD_BYTES = 4096  # read to recognise the format; the header of a text file can be longer than a signature
@@ -39,7 +40,7 @@ class FileFormat:
 
 FORMATS = (
     FileFormat("NPY", npy.fits, npy.read),
-    FileFormat("PNG", png.fits, png.read),
+    FileFormat("image", picture.fits, picture.read),
     FileFormat("TIFF", tiff.fits, tiff.read),
     FileFormat("text", text.fits, text.read),
     FileFormat("SurfaceTopography", lambda _head, _ending: True, topography_package.read),
@@ -48,10 +49,10 @@ FORMATS = (
 
 DAMAGED = (
     *(ValueError, OSError, EOFError, SyntaxError, KeyError, IndexError, TypeError, OverflowError, ArithmeticError),
-    *(struct.error, zlib.error, MemoryError, TokenError, RecursionError),
+    *(struct.error, zlib.error, MemoryError, TokenError, RecursionError, AttributeError, RuntimeError, AssertionError),
 )
-"""What readers raise for damaged files. NumPy parses the header of an NPY file as Python, and Pillow raises SyntaxError
-for a broken PNG."""
+"""What readers raise for damaged files. NumPy parses the header of an NPY file as Python, Pillow raises SyntaxError for
+a broken PNG, and tifffile what its code meets in tags of the wrong kind."""
 
 
 def read_surface_file(path: Path, ending: str | None = None) -> SurfaceFile:

@@ -1,15 +1,18 @@
 """Coordinates in columns: x and height, or x, y and height, as heights at equal distances.
 
 Stage   SURFACES, from files.
-Model   The smallest step between two coordinates is the spacing, if every other step is a multiple of it. Each point
-        has its place on the lattice. A place without a point is a missing point.
-Limits  A coordinate may deviate from its place by WITHIN of a step. Scattered points are refused: resampling them would
-        invent heights. At least a quarter of the places must have a point.
+Model   The places of the coordinates are whole numbers, and their spacing is the slope of the straight line through
+        them. Three lattices are tried: one whose points are all there, one whose step is the median of the steps, and
+        one whose step is the smallest. A place without a point is a missing point.
+Limits  A coordinate may deviate from its place by WITHIN of a step, or by the resolution with which it is printed. A
+        profile with unequal steps keeps its positions, and an import has to resample it. Scattered points of an area
+        are refused: resampling them would invent heights. At least a quarter of the places must have a point.
 """
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,24 +25,44 @@ from synth.surfaces.readers.surface_file import (
     refuse_file,
 )
 
-WITHIN = 0.01  # of a step: printed coordinates are rounded
+WITHIN = 0.01  # of a step: permitted deviation of a coordinate from its place
 SAME = 1e-3  # of the greatest step: coordinates that are closer differ by rounding only
 FULLEST_GAPS = 4  # largest number of places per point; with more, the lattice is a large empty area with a few points
+CERTAIN = 8  # so many gaps at regular distances are no missing points, but steps that were rounded
+DIGITS_OF = 2000  # coordinates whose digits tell the resolution of all
+
+
+class Lattice(NamedTuple):
+    """at: place of each coordinate. count: number of places. spacing: between them. off: greatest deviation."""
+
+    at: np.ndarray[Any, Any]
+    count: int  # type: ignore[assignment]  # of NamedTuple's own method
+    spacing: float
+    off: float
 
 
 def profile_of_pairs(values: np.ndarray[Any, Any], layout: str, unit: str | None) -> SurfaceFile:
-    """Return the heights of two columns, x and height. Raises InvalidRequest if the steps of x are not equal."""
-    at, count, spacing = _places(values[:, 0], "x")
-    heights, missing = _placed(values[:, 1], at, count)
-    return SurfaceFile("text", layout, heights, missing, unit, (spacing,))
+    """Return the heights of two columns, x and height, in the order of x."""
+    values, notes = _without_repeats(values)
+    lattice = _lattice(values[:, 0], "x")
+    if isinstance(lattice, Lattice) and lattice.count <= FULLEST_GAPS * len(values):
+        heights, missing = _placed(values[:, 1], lattice.at, lattice.count)
+        return SurfaceFile("text", layout, heights, missing, unit, (lattice.spacing,), notes=notes)
+    order = np.argsort(values[:, 0], kind="stable")
+    heights, missing = finite_heights(values[order, 1])
+    positions = values[order, 0]
+    if np.any(np.diff(positions) <= 0.0):
+        at = float(positions[1:][np.diff(positions) <= 0.0][0])
+        refuse_file(f"2 points at one place, x = {at:g}", "one height at each place", "Remove the others.")
+    return SurfaceFile("text", layout, heights, missing, unit, notes=notes, positions=positions)
 
 
 def surface_of_triples(values: np.ndarray[Any, Any], layout: str, unit: str | None) -> SurfaceFile:
     """Return the heights of three columns, x, y and height. Raises InvalidRequest if x and y are no lattice."""
+    if len(np.unique(values[:, 1])) == 1:
+        found = profile_of_pairs(values[:, [0, 2]], f"{layout}, all on one line", unit)
+        return found
     column, columns, along_x = _places(values[:, 0], "x")
-    if np.all(values[:, 1] == values[0, 1]):
-        heights, missing = _placed(values[:, 2], column, columns)
-        return SurfaceFile("text", f"{layout}, all on one line", heights, missing, unit, (along_x,))
     row, rows, along_y = _places(values[:, 1], "y")
     check_shape((rows, columns))
     if rows * columns > FULLEST_GAPS * len(values):
@@ -53,27 +76,90 @@ def surface_of_triples(values: np.ndarray[Any, Any], layout: str, unit: str | No
     return SurfaceFile("text", layout, heights.reshape(shape), missing.reshape(shape), unit, (along_x, along_y))
 
 
+def _without_repeats(values: np.ndarray[Any, Any]) -> tuple[np.ndarray[Any, Any], tuple[str, ...]]:
+    """Return the points without those that are there twice, and a note if there were any."""
+    kept = np.unique(values, axis=0) if len(np.unique(values[:, 0])) < len(values) else values
+    repeated = len(values) - len(kept)
+    return kept, (f"{repeated} points that are in the file twice were read once",) if repeated else ()
+
+
 def _places(coordinates: np.ndarray[Any, Any], name: str) -> tuple[np.ndarray[Any, Any], int, float]:
     """Return the place of each coordinate on an axis of equal steps, the number of places, and the step."""
-    hint = "Resample to equal steps first."
+    found = _lattice(coordinates, name)
+    if isinstance(found, float):
+        allowed = f"equal steps of {name}, within 1 %"
+        refuse_file(f"steps of {name} that differ by {100 * found:.0f} %", allowed, "Resample to equal steps first.")
+    return found.at, found.count, found.spacing
+
+
+def _lattice(coordinates: np.ndarray[Any, Any], name: str) -> Lattice | float:
+    """Return the lattice of the coordinates, or, if their steps are not equal, by how much they differ."""
     if not np.all(np.isfinite(coordinates)):
         refuse_file(f"{name} that is not a number", f"{name} at every point", "Correct the column.")
     check_numbers(coordinates, f"a value of {name}")
-    levels = np.unique(coordinates)
+    levels, inverse = np.unique(coordinates, return_inverse=True)
     if len(levels) < 2:
         refuse_file(f"one value of {name} only", f"two or more values of {name}", "Are these three columns of a grid?")
     steps = np.diff(levels)
-    step = float(np.min(steps[steps > SAME * np.max(steps)]))
-    length = float(levels[-1] - levels[0])
-    intervals = max(1, round(length / step))
-    check_shape((max(2, intervals + 1),))
-    step = length / intervals
-    exact = (coordinates - levels[0]) / step
-    at = np.rint(exact)
-    off = float(np.max(np.abs(exact - at)))
-    if off > WITHIN:
-        refuse_file(f"steps of {name} that differ by {100 * off:.0f} %", f"equal steps of {name}, within 1 %", hint)
-    return at.astype(np.int64), intervals + 1, step
+    begins = np.concatenate([[True], steps > SAME * np.max(steps)])
+    levels, inverse = levels[begins], (np.cumsum(begins) - 1)[inverse]
+    found = _of_levels(levels)
+    return found if isinstance(found, float) else found._replace(at=found.at[inverse])
+
+
+def _of_levels(levels: np.ndarray[Any, Any]) -> Lattice | float:
+    """Return the lattice of increasing coordinates, or by how much their steps differ."""
+    steps = np.diff(levels)
+    resolution = _resolution(levels)
+    whole = _fitted(levels, np.arange(len(levels)))
+    tried = [_fitted(levels, places) for step in (np.median(steps), np.min(steps)) for places in _by_step(levels, step)]
+    if whole.off <= WITHIN:
+        return whole
+    fitting = [one for one in tried if one.off <= max(WITHIN, _rounding(resolution, one)) and one.count > len(levels)]
+    gaps = min((one.count - len(levels) for one in fitting), default=CERTAIN)
+    is_rounded = whole.off <= _rounding(resolution, whole)
+    if is_rounded and gaps >= CERTAIN:
+        return whole
+    exact = [one for one in fitting if one.off <= WITHIN] or fitting
+    if exact:
+        check_shape((max(2, exact[0].count),))
+        return exact[0]
+    return float(min(one.off for one in (whole, *tried)))
+
+
+def _by_step(levels: np.ndarray[Any, Any], step: float) -> list[np.ndarray[Any, Any]]:
+    """Return the places of the coordinates if neighbours are whole numbers of `step` apart, counted in two ways."""
+    summed = np.concatenate([[0.0], np.cumsum(np.maximum(1.0, np.rint(np.diff(levels) / step)))])
+    return [summed, np.rint((levels - levels[0]) / step)]
+
+
+def _fitted(levels: np.ndarray[Any, Any], at: np.ndarray[Any, Any]) -> Lattice:
+    """Return the lattice of coordinates at the places `at`: the line of least squares, then moved to its middle."""
+    about = at - np.mean(at)
+    spacing = float(np.dot(about, levels) / np.dot(about, about))
+    if not spacing > 0.0 or np.any(np.diff(at) < 1.0):
+        return Lattice(at, 0, 1.0, math.inf)
+    errors = levels - spacing * at
+    off = float(np.max(errors) - np.min(errors)) / 2.0 / spacing
+    return Lattice(at.astype(np.int64), int(at[-1]) + 1, spacing, off)
+
+
+def _rounding(resolution: float, lattice: Lattice) -> float:
+    """Return the deviation from its place, in steps, that rounding alone can give a coordinate."""
+    return min(0.5, 0.51 * resolution / lattice.spacing)
+
+
+def _resolution(values: np.ndarray[Any, Any]) -> float:
+    """Return the distance between neighbouring numbers as they are printed: the last decimal, or the last digit."""
+    sample = values[:: max(1, len(values) // DIGITS_OF)]
+    decimals = digits = 0
+    for text in (np.format_float_scientific(value, trim="-") for value in sample):
+        mantissa, exponent = text.split("e")
+        written = len(mantissa.lstrip("-").replace(".", ""))
+        digits = max(digits, written)
+        decimals = max(decimals, written - 1 - int(exponent))
+    largest = float(np.max(np.abs(values)))
+    return max(10.0**-decimals, 10.0 ** (math.floor(math.log10(largest)) - digits + 1))
 
 
 def _placed(values: np.ndarray[Any, Any], at: np.ndarray[Any, Any], count: int) -> tuple[Heights, Any]:

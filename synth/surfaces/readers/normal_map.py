@@ -35,11 +35,14 @@ def surface_of(
 ) -> SurfaceFile:
     """Return the heights of a normal map, in units of the distance between columns.
 
-    pixels: uint8 [rows, columns, 3].
+    pixels: whole numbers without sign, [rows, columns, 3], or real numbers from 0 to 1.
     spacing: m, or None. Only its ratio, the aspect of a pixel, affects the heights.
     Raises InvalidRequest for a picture that is not a normal map.
     """
-    across, up, outwards = (pixels[:, :, channel].astype(np.float32) / 127.5 - 1.0 for channel in range(3))
+    if pixels.shape[2] != 3 or pixels.dtype.kind not in "uf":
+        refuse_file(f"{kind} with {pixels.shape[2]} channels of {pixels.dtype}", "grey or RGB", "Save it as grey.")
+    half = np.float32(np.iinfo(pixels.dtype).max / 2.0 if pixels.dtype.kind == "u" else 0.5)
+    across, up, outwards = (pixels[:, :, channel].astype(np.float32) / half - 1.0 for channel in range(3))
     length = np.sqrt(across**2 + up**2 + outwards**2)
     other = float(np.mean((np.abs(length - 1.0) > UNIT_WITHIN) | (outwards <= 0.0)))
     if other > MOST_OTHER:

@@ -40,8 +40,36 @@ UNITS = {
     "Å": 1e-10,
     "pm": 1e-12,
     "inch": 0.0254,
+    "mil": 25.4e-6,
+    "uin": 25.4e-9,
 }
 """Units of length that files state, in m."""
+
+UNSTATED = "unstated"
+"""The unit of a spacing that a file does not state, where it states another one for the heights."""
+
+SPELLINGS = {
+    "um": "micrometer micrometers micrometre micrometres mikrometer micras mkm mum мкм µ u",
+    "mm": "millimeter millimeters millimetre millimetres мм",
+    "nm": "nanometer nanometers nanometre nanometres нм",
+    "cm": "centimeter centimeters centimetre centimetres см",
+    "m": "meter meters metre metres м",
+    "Å": "angstrom angstroms ang ångström",
+    "inch": 'in inches "',
+    "mil": "mils thou",
+    "uin": "µin microinch microinches",
+}
+"""Other spellings of units, in small letters."""
+_BY_SPELLING = {word: unit for unit, words in SPELLINGS.items() for word in words.split()}
+_BY_SPELLING |= {name.lower(): name for name in UNITS if name not in ("A", "m")}
+
+
+def unit_named(text: str) -> str | None:
+    """Return the unit of length that `text` is, a key of UNITS, or None. Capitals are not told apart, but A and m."""
+    text = text.strip().rstrip(".").replace("\u03bc", "\u00b5").replace("\\u00B5", "\u00b5")
+    if text in UNITS:
+        return text
+    return _BY_SPELLING.get(text.lower())
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,10 +83,13 @@ class SurfaceFile:
     unit: unit of the heights that the file states (a key of UNITS), or None.
     spacing: distance between neighbouring columns, then rows, in `spacing_unit`; None if the file does not state it.
     spacing_unit: unit of the spacing that the file states. None with a spacing: the numbers have the heights' unit.
+        UNSTATED: they may have another one.
     full_scale: of a displacement map, the number that represents its greatest height; None for real heights.
     tagged: whether the spacing is from a tag that image programs also write without a meaning. An option replaces it.
     channel: name of the channel, or "".
     notes: sentences for the user.
+    reading: of text, how it was read, as JSON values: encoding, separator, decimal sign, columns with their units.
+    positions: of a profile with unequal steps, the x of each point, increasing, in `spacing_unit`; else None.
     """
 
     format: str
@@ -72,6 +103,8 @@ class SurfaceFile:
     tagged: bool = False
     channel: str = ""
     notes: tuple[str, ...] = ()
+    reading: dict[str, Any] | None = None
+    positions: Heights | None = None
 
 
 def refuse_file(value: object, allowed: str, hint: str, cause: BaseException | None = None) -> NoReturn:

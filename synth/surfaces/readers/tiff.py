@@ -1,91 +1,112 @@
-"""TIFF: a displacement map of 8 or 16 bits, or an image of real numbers, which are heights.
+"""TIFF: a displacement map of whole numbers, or an image of real numbers, which are heights.
 
 Stage   SURFACES, from files.
-Model   The distances come from the resolution tags: per inch, per centimetre, or in the unit that ImageJ writes. Files
-        of Park microscopes are TIFF too, and are read by `topography_package`.
-Source  TIFF 6.0, tags 282, 283, 296 and 339; ImageJ's description (tag 270).
-Limits  Only the first page is read. Real numbers must have 32 bits, because Pillow supports no others. Refused are
-        whole numbers of other sizes than 8, 16 and 32 bits; maps in which 0 is white, because Pillow inverts those of 8
-        bits and no others; and images that a tag turns by 90 degrees, because Pillow mixes up the rows of uncompressed
-        ones.
+Model   tifffile decodes the pixels as they are stored, of any number of bits; what it cannot unpack alone (LZW, JPEG
+        and others) is decoded by Pillow. What tags state of the numbers is used (`tiff_tags`): missing points, factor,
+        unit, distances and orientation. If 0 is white, whole numbers are counted from the other end. Files of Park
+        microscopes are TIFF too, and are read by `topography_package`.
+Source  TIFF 6.0; BigTIFF.
+Limits  Only the first page is read. Compressed images of 64-bit numbers and of 12 bits are refused, unless the
+        compression is Deflate or PackBits.
 """
 
 from __future__ import annotations
 
-import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from synth.surfaces.readers import normal_map, topography_package
-from synth.surfaces.readers.image import INCH, READABLE, displacement_map, opened, spacing_of_dpi
-from synth.surfaces.readers.surface_file import UNITS, SurfaceFile, refuse_file
+from synth.surfaces.readers import topography_package
+from synth.surfaces.readers.image import READABLE, SAVE, opened, surface_of_pixels, wide_pixels
+from synth.surfaces.readers.picture import turned
+from synth.surfaces.readers.surface_file import SurfaceFile, check_shape, refuse_file
+from synth.surfaces.readers.tiff_tags import Stated, stated_of
 
 BEGINNINGS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
-DESCRIPTION, X_RESOLUTION, Y_RESOLUTION, RESOLUTION_UNIT, SAMPLE_FORMAT = 270, 282, 283, 296, 339
-BITS, PHOTOMETRIC, ORIENTATION = 258, 262, 274
-ZERO_IS_WHITE = 0
-TURNED = 5  # and above: an orientation that exchanges rows and columns
+OF_PACKAGE = (".lext", ".oir", ".poir", ".flt", ".lsm")
 PARK = 50432  # magic tag of Park microscopes
-UNSIGNED, BY_INCH, BY_CENTIMETRE = 1, 2, 3
+ZERO_IS_WHITE, RGB, PALETTE = 0, 2, 3
 
 
 def fits(head: bytes, ending: str) -> bool:
-    """Return whether the file begins as TIFF does and has an ending of TIFF or none. Microscopes use others."""
-    return head.startswith(BEGINNINGS) and ending in (".tif", ".tiff", "")
+    """Return whether the file begins as TIFF does and has no ending of a microscope."""
+    return head.startswith(BEGINNINGS) and ending not in OF_PACKAGE
 
 
 def read(path: Path, ending: str) -> SurfaceFile:
-    """Return the contents. Raises InvalidRequest, and OSError, SyntaxError or ValueError for a damaged file."""
-    with opened(path) as image:
-        tags: Any = image.tag_v2
-        if PARK in tags:
+    """Return the contents. Raises InvalidRequest, and what DAMAGED lists for a damaged file."""
+    import tifffile
+
+    with tifffile.TiffFile(path) as file:
+        page: Any = file.pages[0]
+        if PARK in page.tags:
             return topography_package.read(path, ending)
-        spacing, notes = _spacing(tags)
-        pages = getattr(image, "n_frames", 1)
-        if pages > 1:
+        check_shape((page.imagelength, page.imagewidth))
+        stated = stated_of(page.tags)
+        notes = stated.notes
+        if (pages := len(file.pages)) > 1:
             notes = (*notes, f"Of its {pages} pages the first was read")
-        pixels = _pixels(image, tags)
-    if pixels.ndim == 3 and pixels.dtype == np.uint8:
-        return normal_map.surface_of("TIFF", pixels[:, :, :3], spacing, notes)
-    return displacement_map("TIFF", pixels, spacing, notes)
+        pixels, is_turned = _pixels(page, path)
+        photometric = int(page.photometric)
+        colours = page.colormap if photometric == PALETTE else None
+    if colours is not None:
+        pixels = np.stack([colour[pixels] for colour in np.asarray(colours, np.uint16)], axis=2)
+    if photometric == ZERO_IS_WHITE and pixels.dtype.kind == "u":
+        pixels = np.iinfo(pixels.dtype).max - pixels
+        notes = (*notes, "In it 0 is white: its numbers were counted from the other end, so that white is high")
+    if stated.orientation != 1:
+        pixels = pixels if is_turned else turned(pixels, stated.orientation)
+        notes = (*notes, "It was turned as its orientation tag says")
+    found = surface_of_pixels("TIFF", pixels, stated.turned_spacing, notes)
+    return _with_numbers(found, pixels, replace(stated, notes=()))
 
 
-def _pixels(image: Any, tags: Any) -> np.ndarray[Any, Any]:
-    """Return the pixels with the type that the file states. Pillow reads whole numbers above 8 bits as int32."""
-    bits = int(tags.get(BITS, (8,))[0])
-    if image.mode not in ("L", "I", "I;16", "I;16B", "F", "RGB") or bits not in (8, 16, 32):
-        refuse_file(f"a TIFF of {bits} bits (mode {image.mode})", READABLE, "Save it as grey of 16 bits.")
-    if image.mode not in ("F", "RGB") and tags.get(PHOTOMETRIC) == ZERO_IS_WHITE:
-        refuse_file(
-            "a TIFF in which 0 is white", "a displacement map in which 0 is black", "Invert it, and save it again."
-        )
-    if tags.get(ORIENTATION, 1) >= TURNED:
-        refuse_file(
-            "a TIFF that its orientation tag turns", "an image without that tag", "Turn the image, and save it again."
-        )
-    pixels = np.asarray(image)
-    if pixels.dtype.kind == "f" or pixels.ndim == 3:
-        return pixels
-    signed = tags.get(SAMPLE_FORMAT, (UNSIGNED,))[0] != UNSIGNED
-    return pixels.astype(np.dtype(f"{'i' if signed else 'u'}{bits // 8}"))
+def _pixels(page: Any, path: Path) -> tuple[np.ndarray[Any, Any], bool]:
+    """Return the pixels as stored, [rows, columns] or [rows, columns, channels], and whether they are turned."""
+    bits = page.bitspersample if isinstance(page.bitspersample, int) else page.bitspersample[0]
+    channels = int(page.samplesperpixel)
+    if page.dtype is None or page.dtype.kind not in "uif" or channels > 4 or page.imagedepth > 1:
+        refuse_file(f"a TIFF of {channels} channels of {bits} bits", READABLE, SAVE)
+    try:
+        pixels = page.asarray()
+    except (ValueError, ImportError, RuntimeError) as error:  # imagecodecs, a large package, would unpack it
+        if "imagecodecs" not in str(error):
+            raise
+        return _by_pillow(path, bits, page.dtype, channels), True
+    if channels > 1 and page.axes.startswith("S"):
+        pixels = np.moveaxis(pixels, 0, -1)
+    if pixels.dtype == np.bool_ or (pixels.dtype == np.uint8 and bits < 8):
+        pixels = pixels.astype(np.uint8) * np.uint8(255 // (2**bits - 1))
+    return pixels, False
 
 
-def _spacing(tags: Any) -> tuple[tuple[float, float] | None, tuple[str, ...]]:
-    """Return the distances (m), or None, and notes."""
-    if X_RESOLUTION not in tags or Y_RESOLUTION not in tags:
-        return None, ()
-    per_x, per_y = float(tags[X_RESOLUTION]), float(tags[Y_RESOLUTION])
-    if not (0.0 < per_x < np.inf and 0.0 < per_y < np.inf):
-        return None, ()
-    unit = tags.get(RESOLUTION_UNIT, BY_INCH)
-    stated = re.search(r"^unit=(.+)$", str(tags.get(DESCRIPTION, "")), re.MULTILINE)
-    name = stated.group(1).strip().replace("\\u00B5", "u") if stated else None
-    if name in UNITS:
-        return (UNITS[name] / per_x, UNITS[name] / per_y), ()
-    if unit == BY_INCH:
-        return spacing_of_dpi((per_x, per_y))
-    if unit == BY_CENTIMETRE:
-        return spacing_of_dpi((per_x * INCH / 0.01, per_y * INCH / 0.01))
-    return None, ()
+def _by_pillow(path: Path, bits: int, kind: Any, channels: int) -> np.ndarray[Any, Any]:
+    """Return the pixels of a file that tifffile cannot unpack, turned as its tag says."""
+    with opened(path) as image:
+        if image.mode not in ("L", "LA", "I", "I;16", "I;16B", "F", "RGB", "RGBA") or bits not in (8, 16, 32):
+            refuse_file(f"a TIFF of {bits} bits (mode {image.mode})", READABLE, "Save it as grey, without compression.")
+        if image.mode in ("RGB", "RGBA") and bits == 16:
+            if image.tag_v2.get(274, 1) != 1:
+                refuse_file("a turned TIFF of 16-bit colours", READABLE, "Save it as grey, without compression.")
+            return wide_pixels(path)
+        if image.tag_v2.get(262) == ZERO_IS_WHITE and bits == 8 and channels == 1:
+            return np.uint8(255) - np.asarray(image)  # Pillow inverts these, and no others
+        return np.asarray(image).astype(kind if bits == 8 * kind.itemsize else f"u{bits // 8}")
+
+
+def _with_numbers(found: SurfaceFile, pixels: np.ndarray[Any, Any], stated: Stated) -> SurfaceFile:
+    """Return a grey surface with what the tags state of its numbers."""
+    if found.unit == "pixel":
+        return found
+    missing = found.missing
+    if stated.no_data is not None:
+        grey = pixels if pixels.ndim == 2 else pixels[:, :, 0]
+        missing = missing | (grey == np.asarray(stated.no_data, np.float64).astype(grey.dtype))
+    heights = np.where(missing, 0.0, found.heights)
+    if not stated.has_heights:
+        return replace(found, heights=heights, missing=missing)
+    heights = np.where(missing, 0.0, heights * stated.scale + stated.offset)
+    layout = f"an image of {pixels.dtype} numbers, which are heights with a factor of {stated.scale:g}"
+    return replace(found, layout=layout, heights=heights, missing=missing, unit=stated.unit, full_scale=None)

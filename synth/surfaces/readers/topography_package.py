@@ -5,9 +5,10 @@ Model   A reader of the package is tried if it recognises the first bytes, or if
         file's ending. It gives each channel with its sizes and units. The default channel is read if it has heights,
         else the first channel of heights. The package is imported only for such a file.
 Source  SurfaceTopography (MIT), https://contactengineering.github.io/SurfaceTopography/.
-Limits  Needs the extra `surfaces`. A profile with unequal steps is refused. The package reads the whole header, and for
-        some formats the whole file, before the number of points is known. Therefore the unpacked size of a ZIP file is
-        checked first, and on Linux the process can allocate at most MOST_MEMORY more while the package reads.
+Limits  Needs the extra `surfaces`. A profile with unequal steps keeps its positions. The package reads the whole
+        header, and for some formats the whole file, before the number of points is known. Therefore the unpacked size
+        of a ZIP file is checked first, and on Linux the process can allocate at most MOST_MEMORY more while the package
+        reads.
 """
 
 from __future__ import annotations
@@ -21,40 +22,47 @@ from typing import Any
 import numpy as np
 
 from synth.errors import CannotRender, RidgewaveError
-from synth.surfaces.readers.surface_file import UNITS, SurfaceFile, check_shape, finite_heights, refuse_file
+from synth.surfaces.readers.known_files import known, mesh_as_text, refuse_unknown
+from synth.surfaces.readers.surface_file import SurfaceFile, check_shape, finite_heights, refuse_file, unit_named
 
 LARGEST_UNPACKED = 2**28  # bytes of all files in a ZIP file: twice MOST_POINTS heights as 64-bit numbers
 MOST_MEMORY = 2**30  # bytes: MOST_POINTS heights eight times; a false size in a header could allocate any amount
 HEAD_BYTES = 512  # from which the package recognises a format
 STEPS_WITHIN = 1e-3  # permitted deviation of a profile's steps from their mean, relative to the mean
+READERS_OF_TEXT = ((rb"\*File list", "DIReader"),)  # that the package leaves to the ending of the name
+FORMATS_OF_PACKAGE = ("HDF5", "MATLAB", "NetCDF", "ZIP", "Bruker", "XLSX", "NPZ", "XML")  # it reads some of these
 INSTALL = "pip install 'ridgewave[surfaces]'"
 
 
 def read(path: Path, ending: str) -> SurfaceFile:
-    """Return the contents. Raises InvalidRequest, and CannotRender if the package is not installed."""
+    """Return the contents. Raises InvalidRequest, and CannotRender if the package is not installed but may read it."""
+    with path.open("rb") as file:
+        head = file.read(HEAD_BYTES)
+    if mesh_as_text(head):
+        refuse_unknown(head, ending, path)
     try:
         from SurfaceTopography.IO import MagicMatch, readers
     except ImportError as error:
+        if (found := known(head, ending, path)) and not may_be_read(found[0]):
+            refuse_unknown(head, ending, path)
         raise CannotRender(
-            f"The format of this file is read by the package SurfaceTopography, which is not installed: {INSTALL}. "
-            "Without it, text, NPY, PNG and TIFF can be read."
+            f"The format of this file may be read by the package SurfaceTopography, which is not installed: {INSTALL}. "
+            "Without it, text, NPY and images can be read."
         ) from error
     _check_unpacked(path)
-    with path.open("rb") as file:
-        head = file.read(HEAD_BYTES)
     matches = {reader: reader.can_read(head) for reader in readers}
     fitting = [reader for reader, match in matches.items() if match is MagicMatch.YES]
+    name = next((name for begin, name in READERS_OF_TEXT if head.startswith(begin)), None)
+    fitting += [reader for reader, match in matches.items() if match is MagicMatch.MAYBE and reader.__name__ == name]
     fitting += [
         reader
         for reader, match in matches.items()
-        if match is MagicMatch.MAYBE and ending.removeprefix(".") in (reader.file_extensions() or ())
+        if match is MagicMatch.MAYBE
+        and ending.removeprefix(".") in (reader.file_extensions() or ())
+        and reader not in fitting
     ]
     if not fitting:
-        refuse_file(
-            "a file of no known format",
-            "text, NPY, PNG, TIFF, or a format that SurfaceTopography reads",
-            "Export the surface as X3P or as text.",
-        )
+        refuse_unknown(head, ending, path)
     cause: BaseException | None = None
     for reader in fitting:
         try:
@@ -66,7 +74,14 @@ def read(path: Path, ending: str) -> SurfaceFile:
             cause = cause or error
     allowed = "a whole file, with contents that SurfaceTopography reads"
     hint = "Copy it again. If it is whole, export it as text: of X3P, for example, areas are read and profiles are not."
-    refuse_file("a file that its reader cannot read", allowed, hint, cause)
+    found = known(head, ending, path)
+    value = "a file that its reader cannot read" + (f": {found[0]}" if found else "")
+    refuse_file(value, allowed, hint, cause)
+
+
+def may_be_read(what: str) -> bool:
+    """Return whether the package reads some files of the kind `what`."""
+    return any(name in what for name in FORMATS_OF_PACKAGE)
 
 
 @contextmanager
@@ -116,25 +131,29 @@ def _contents(reader: Any) -> SurfaceFile:
         others = ", ".join(str(other.name) for other in channels if other is not channel)
         notes = (f"It has other channels of heights, which were not read: {others[:120]}",)
     unit = _unit(surface.unit)
+    positions = None if surface.is_uniform or _spacing(surface) else np.asarray(surface.positions(), np.float64)
+    if positions is not None and not np.all(np.diff(positions) > 0.0):
+        refuse_file("a profile whose x does not increase", "x that increases", "Export it as text, and sort it by x.")
     return SurfaceFile(
         reader.format(),
         f"{reader.name()}, read by SurfaceTopography",
         heights,
         missing,
         unit,
-        None if sizes else _spacing(surface)[: heights.ndim],
+        None if sizes or positions is not None else _spacing(surface)[: heights.ndim],
         unit,
         channel=str(channel.name),
         notes=notes,
+        positions=positions,
     )
 
 
 def _unit(stated: str | None) -> str | None:
     """Return a stated unit as a key of UNITS. Some programs write UTF-8 in a format that requires Latin-1."""
-    if stated is None or stated in UNITS:
-        return stated
+    if stated is None or (unit := unit_named(stated)):
+        return unit if stated else None
     with suppress(UnicodeError):
-        if (unit := stated.encode("latin-1").decode("utf-8")) in UNITS:
+        if unit := unit_named(stated.encode("latin-1").decode("utf-8")):
             return unit
     refuse_file(f"heights in {stated}", "heights in a unit of length", "Export them in um.")
 
@@ -145,11 +164,9 @@ def _counts(channel: Any) -> tuple[float, ...]:
 
 
 def _spacing(surface: Any) -> tuple[float, ...]:
-    """Return the distances between points; raises InvalidRequest if those of a profile are not equal."""
+    """Return the distances between points; none for a profile with unequal steps."""
     if surface.is_uniform:
         return tuple(float(value) for value in surface.pixel_size)
     steps = np.diff(surface.positions())
     mean = float(np.mean(steps))
-    if not np.all(np.abs(steps - mean) <= STEPS_WITHIN * abs(mean)):
-        refuse_file("a profile with unequal steps", "equal steps of x", "Resample it to equal steps first.")
-    return (mean,)
+    return (mean,) if np.all(np.abs(steps - mean) <= STEPS_WITHIN * abs(mean)) else ()

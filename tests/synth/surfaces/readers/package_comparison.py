@@ -33,11 +33,11 @@ def values_of_package(path: Path, options: ImportOptions) -> Values:
         given = {}
         if channel.physical_sizes is None:
             assert options.pixel is not None
-            metres = UNITS[channel.unit or options.unit or "m"]
+            metres = UNITS[channel.unit or (options.unit or ("m",))[-1]]
             pixels = (options.pixel * len(channel.nb_grid_pts))[: len(channel.nb_grid_pts)]
             given["physical_sizes"] = tuple(n * p / metres for n, p in zip(channel.nb_grid_pts, pixels, strict=True))
         surface = channel.topography(**given)
-        metres = UNITS[surface.unit or options.unit or "m"]
+        metres = UNITS[surface.unit or (options.unit or ("m",))[-1]]
         area = surface.dim == 2
         if not surface.is_uniform:
             surface = surface.to_uniform(nb_grid_pts=len(surface.positions()))

@@ -199,6 +199,6 @@ def test_a_whole_file_of_a_kind_that_is_not_read_says_what_to_export(tmp_path: P
 def test_an_ending_that_the_package_does_not_know_is_refused(tmp_path: Path) -> None:
     pytest.importorskip("SurfaceTopography", reason="needs the extra surfaces")
     path = tmp_path / "scan.docx"
-    path.write_bytes(b"some words" * 100)
+    path.write_bytes(b"\0some words" * 100)
     with pytest.raises(InvalidRequest, match="no known format"):
         read_surface_file(path)

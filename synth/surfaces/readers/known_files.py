@@ -1,0 +1,149 @@
+"""Files that hold no heights that can be read, known by their first bytes: what each is, and what to export instead.
+
+Stage   SURFACES, from files.
+Model   A signature is bytes at a place. A format without one is known by the ending of its name, if its contents are
+        not text. It is consulted after every reader has declined.
+Limits  It names a file, and never reads it.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+from typing import NoReturn
+
+from synth.surfaces.readers.surface_file import refuse_file
+
+MESH = "Export a height map of it: a 16-bit PNG or a grid of heights as text, seen along one axis."
+GREY = "Save the displacement map as grey: PNG of 16 bits, or TIFF."
+ARRAY = "Save the array of heights as NPY, or as text."
+TABLE = "Save the sheet with the heights as CSV or as text with tabs."
+SOUND = "A sound has no heights. Import a profile as text or NPY."
+PRINTED = "Export the numbers as text, or the map as a grey PNG."
+UNPACK = "Unpack it, and import the file of heights that is in it."
+OWN = "Export the surface as X3P, SUR or text."
+
+SIGNATURES: tuple[tuple[int, bytes, str, str], ...] = (
+    (0, b"solid ", "a mesh (STL, as text)", MESH),
+    (0, b"ply\n", "a mesh (PLY)", MESH),
+    (0, b"ply\r", "a mesh (PLY)", MESH),
+    (0, b"Kaydara FBX Binary", "a 3D scene (FBX)", MESH),
+    (0, b"; FBX", "a 3D scene (FBX, as text)", MESH),
+    (0, b"glTF", "a 3D scene (glTF)", MESH),
+    (0, b"BLENDER", "a 3D scene (Blender)", MESH),
+    (0, b"PXR-USDC", "a 3D scene (USD)", MESH),
+    (0, b"#usda", "a 3D scene (USD, as text)", MESH),
+    (0, b"ISO-10303-21", "a CAD model (STEP)", MESH),
+    (0, b"DSAA", "a grid of Surfer, as text", "Export it as XYZ, or as an Esri grid (ASC)."),
+    (0, b"DSRB", "a grid of Surfer", "Export it as XYZ, or as an Esri grid (ASC)."),
+    (0, b"DSBB", "a grid of Surfer", "Export it as XYZ, or as an Esri grid (ASC)."),
+    (0, b"\x76\x2f\x31\x01", "a picture (OpenEXR)", "Save the map as TIFF of 32-bit real numbers, or PNG of 16 bits."),
+    (0, b"#?RADIANCE", "a picture (Radiance HDR)", GREY),
+    (0, b"#?RGBE", "a picture (Radiance HDR)", GREY),
+    (0, b"DDS ", "a texture of a game (DDS)", GREY),
+    (0, b"\xabKTX", "a texture of a game (KTX)", GREY),
+    (0, b"GIF8", "a picture (GIF)", GREY),
+    (0, b"8BPS", "a picture (Photoshop)", GREY),
+    (0, b"gimp xcf", "a picture (GIMP)", GREY),
+    (0, b"\0\0\0\x0cjP  ", "a picture (JPEG 2000)", GREY),
+    (0, b"\xff\x0a", "a picture (JPEG XL)", GREY),
+    (4, b"ftypavif", "a picture (AVIF)", GREY),
+    (4, b"ftypheic", "a picture (HEIC)", GREY),
+    (4, b"ftypmif1", "a picture (HEIC)", GREY),
+    (4, b"ftyp", "a video or a sound (MP4)", SOUND),
+    (0, b"\x1aE\xdf\xa3", "a video (Matroska, WebM)", SOUND),
+    (8, b"WAVE", "a sound (WAV)", SOUND),
+    (8, b"AVI ", "a video (AVI)", SOUND),
+    (0, b"fLaC", "a sound (FLAC)", SOUND),
+    (0, b"OggS", "a sound (Ogg)", SOUND),
+    (0, b"ID3", "a sound (MP3)", SOUND),
+    (0, b"\xff\xfb", "a sound (MP3)", SOUND),
+    (0, b"\xff\xf3", "a sound (MP3)", SOUND),
+    (8, b"AIFF", "a sound (AIFF)", SOUND),
+    (0, b"%PDF", "a document (PDF)", PRINTED),
+    (0, b"%!PS", "a document (PostScript)", PRINTED),
+    (0, b"{\\rtf", "a document (RTF)", PRINTED),
+    (0, b"\xd0\xcf\x11\xe0", "a document of an older Office, such as XLS or DOC", TABLE),
+    (0, b"\x89HDF", "a file of arrays (HDF5)", ARRAY),
+    (0, b"MATLAB 5.0", "a file of arrays (MATLAB)", ARRAY),
+    (0, b"CDF\x01", "a file of arrays (NetCDF)", ARRAY),
+    (0, b"CDF\x02", "a file of arrays (NetCDF)", ARRAY),
+    (0, b"SIMPLE  =", "a file of arrays (FITS)", ARRAY),
+    (0, b"PAR1", "a table (Parquet)", TABLE),
+    (0, b"ARROW1", "a table (Arrow)", TABLE),
+    (0, b"SQLite format 3", "a database (SQLite)", TABLE),
+    (0, b"\x1f\x8b", "a packed file (gzip)", UNPACK),
+    (0, b"BZh", "a packed file (bzip2)", UNPACK),
+    (0, b"\xfd7zXZ", "a packed file (xz)", UNPACK),
+    (0, b"7z\xbc\xaf", "a packed file (7-Zip)", UNPACK),
+    (0, b"Rar!", "a packed file (RAR)", UNPACK),
+    (0, b"\x28\xb5\x2f\xfd", "a packed file (Zstandard)", UNPACK),
+    (257, b"ustar", "a packed file (TAR)", UNPACK),
+    (0, b"MZ", "a program", "Import the file of heights."),
+    (0, b"\x7fELF", "a program", "Import the file of heights."),
+    (0, b"\x93NUMPY", "a damaged NPY file", "Save it again."),
+    (0, b"<?xml", "XML", "Export the heights as text, with one line for each point."),
+    (0, b"<!DOCTYPE", "a web page (HTML)", "Save the numbers as text."),
+    (0, b"<!doctype", "a web page (HTML)", "Save the numbers as text."),
+    (0, b"<html", "a web page (HTML)", "Save the numbers as text."),
+    (0, b"<svg", "a drawing (SVG)", GREY),
+    (0, b"{", "JSON", "Write the heights as text, with one line for each point, or as NPY."),
+    (0, b"\\*File list", "a file of Bruker, Veeco or Digital Instruments", OWN),
+    (0, b"\\*Force file list", "a force curve of Bruker", "Import the file of the topography."),
+    (0, b"PK\x03\x04", "a packed file (ZIP)", UNPACK),
+)
+IN_ZIP = (
+    ("word/", "a document (DOCX)", PRINTED),
+    ("ppt/", "a presentation (PPTX)", PRINTED),
+    ("xl/", "a spreadsheet (XLSX)", TABLE),
+    ("3D/", "a mesh (3MF)", MESH),
+    ("content.xml", "a document or a spreadsheet of LibreOffice", TABLE),
+)
+BY_ENDING = {
+    ".stl": ("a mesh (STL)", MESH),
+    ".obj": ("a mesh (OBJ)", MESH),
+    ".mtl": ("the materials of a mesh (MTL)", "Import the displacement map that it names."),
+    ".3ds": ("a mesh (3DS)", MESH),
+    ".raw": ("numbers without a header (RAW)", "Save them as PNG of 16 bits, TIFF or NPY."),
+    ".r16": ("numbers without a header (RAW)", "Save them as PNG of 16 bits, TIFF or NPY."),
+    ".tga": ("a picture (TGA)", GREY),
+    ".mat": ("a file of arrays (MATLAB)", ARRAY),
+    ".pkl": ("a file of Python (pickle)", ARRAY),
+}
+OF_TEXT = ("v ", "vn ", "vt ", "mtllib ", "o ", "g ")  # beginnings of lines of an OBJ
+
+
+def known(head: bytes, ending: str, path: Path) -> tuple[str, str] | None:
+    """Return what the file is, and what to export instead; None if it is not known.
+
+    head: its first bytes.
+    ending: of its name, in small letters.
+    """
+    start = head.removeprefix(b"\xef\xbb\xbf")
+    if start.startswith(b"PK\x03\x04") and zipfile.is_zipfile(path):
+        with zipfile.ZipFile(path) as packed:
+            names = packed.namelist()
+        if names and all(name.endswith(".npy") for name in names):
+            return f"{len(names)} arrays in one file (NPZ)", "Save the array of heights alone, as NPY."
+        for begin, what, hint in IN_ZIP:
+            if any(name.startswith(begin) for name in names):
+                return what, hint
+    for place, signature, what, hint in SIGNATURES:
+        if start[place : place + len(signature)] == signature:
+            return what, hint
+    return BY_ENDING.get(ending)
+
+
+def mesh_as_text(head: bytes) -> bool:
+    """Return whether text is an OBJ: lines of vertices."""
+    lines = [line for line in head.decode("latin-1").splitlines()[:-1] if line.strip() and line[0] != "#"]
+    return bool(lines) and all(line.startswith((*OF_TEXT, "s ", "f ", "usemtl ")) for line in lines)
+
+
+def refuse_unknown(head: bytes, ending: str, path: Path) -> NoReturn:
+    """Raise InvalidRequest for a file that no reader takes."""
+    allowed = "text, NPY, an image of heights, or a format of an instrument (docs/import.md)"
+    found = ("a mesh (OBJ)", MESH) if mesh_as_text(head) else known(head, ending, path)
+    if found is None:
+        refuse_file("a file of no known format", allowed, "Export the surface as X3P or as text.")
+    refuse_file(found[0], allowed, found[1])

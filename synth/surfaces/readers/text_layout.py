@@ -1,0 +1,215 @@
+"""The table of numbers of a text file, with what its header states, as a surface.
+
+Stage   SURFACES, from files.
+Model   The roles of the columns come from their names (`text_header.Column.role`), else from their number. A grid may
+        have the coordinates of its columns in its first row, and those of its rows in its first column.
+Limits  One column of heights is read; others are named in a note.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from synth.surfaces.readers.lattice import profile_of_pairs, surface_of_triples
+from synth.surfaces.readers.number_forms import SEPARATORS, Form
+from synth.surfaces.readers.surface_file import UNITS, UNSTATED, SurfaceFile, check_shape, finite_heights, refuse_file
+from synth.surfaces.readers.text_header import Column, Header
+
+AGREE = 0.02  # relative difference up to which a stated distance between points and that of the column of x agree
+EQUAL = 1e-3  # relative difference of the steps of coordinates in the first row and column of a grid
+
+
+def surface_of_table(values: np.ndarray[Any, Any], form: Form, header: Header, encoding: str) -> SurfaceFile:
+    """Return the surface in `values`, float64 [rows, columns]. Raises InvalidRequest."""
+    count = values.shape[1]
+    said = form.says(count)
+    lines = header.lines
+    said += f", after {lines} lines of header" if lines > 1 else ", after a line of header" if lines else ""
+    if (no_data := header.number("no data")) is not None:
+        values = np.where(np.isclose(values, no_data, rtol=1e-6, atol=0.0), np.nan, values)
+    roles = _roles(header, values)
+    found = _grid(values, header, said) if roles is None else _of_columns(values, roles, header, said)
+    notes = found.notes
+    if header.columns and found.unit is None and header.unit("unit") is None and "factor" in header.values:
+        notes = (*notes, "Its header states a factor of 1")
+    reading = {
+        "encoding": encoding,
+        "separator": SEPARATORS[form.separator] if count > 1 else None,
+        "decimal_sign": form.decimal,
+        "header_lines": lines,
+        "columns": _columns(roles, header, count) if roles is not None else [],
+    }
+    return replace(found, notes=notes, reading=reading)
+
+
+def _columns(roles: tuple[str, ...], header: Header, count: int) -> list[dict[str, str | None]]:
+    columns = header.columns or (Column(),) * count
+    units = {"x": header.unit("unit x"), "y": header.unit("unit x"), "height": header.unit("unit")}
+    everything = header.unit("unit of all")
+    return [
+        {"name": one.name, "read_as": role or "not read", "unit": one.unit or units.get(role) or everything}
+        if role
+        else {"name": one.name, "read_as": "not read", "unit": None}
+        for one, role in zip(columns, roles, strict=True)
+    ]
+
+
+def _roles(header: Header, values: np.ndarray[Any, Any]) -> tuple[str, ...] | None:
+    """Return what each column is: "x", "y", "height", or "" if it is not read; None for a grid."""
+    rows, count = values.shape
+    is_sized = "width" in header.values and "height" in header.values
+    if header.number("columns") == count > 1 and header.number("rows") in (None, rows):
+        is_sized = True
+    named = [column.role for column in header.columns]
+    if is_sized and count > 1:
+        return None
+    if "height" in named and {"x", "index"} & set(named):
+        return _named(named)
+    if count <= 3 and "x" in named and named.count("y") == 1 and "height" not in named and count == 2:
+        return tuple("height" if role == "y" else role for role in named)
+    if count == 2 and named[:1] == ["index"]:
+        return "", "height"
+    if rows == 1 and count > 3:
+        return None
+    return {1: ("height",), 2: ("x", "height"), 3: ("x", "y", "height")}.get(count)
+
+
+def _named(named: list[str]) -> tuple[str, ...]:
+    """Return the roles of named columns: the first of each kind; others are not read."""
+    kept: dict[str, int] = {role: named.index(role) for role in ("x", "y", "height") if role in named}
+    return tuple(role if kept.get(role) == place else "" for place, role in enumerate(named))
+
+
+def _of_columns(values: np.ndarray[Any, Any], roles: tuple[str, ...], header: Header, said: str) -> SurfaceFile:
+    """Return a profile or a surface whose columns have `roles`."""
+    columns = header.columns or (Column(),) * len(roles)
+    units = [one.unit for one in columns]
+    of_heights = units[roles.index("height")] or header.unit("unit") or header.unit("unit of all")
+    along = header.unit("unit x") or header.unit("unit of all")
+    if "x" in roles:
+        along = units[roles.index("x")] or along
+        if "y" in roles and units[roles.index("y")] not in (None, along):
+            refuse_file("x and y in two units", "one unit for x and y", "Write both in one unit.")
+    of_heights = None if of_heights == "pixel" else of_heights
+    notes = _notes(columns, roles)
+    channel = header.values.get("channel", ("", ""))[1]
+    if "x" not in roles:
+        if values.size == 1:
+            check_shape((1,))
+        heights, missing = finite_heights(values[:, roles.index("height")])
+        check_shape(heights.shape)
+        layout = f"heights along a line{said}"
+        spacing, unit = _step(header)
+        found = SurfaceFile("text", layout, heights, missing, of_heights, spacing and spacing[:1], unit)
+        return replace(found, channel=channel, notes=notes)
+    order = [roles.index(role) for role in ("x", "y", "height") if role in roles]
+    chosen = values[:, order]
+    number = {1: "one column", 2: "two columns", 3: "three columns"}.get(len(roles), f"{len(roles)} columns")
+    if len(order) == 2:
+        found = profile_of_pairs(chosen, f"x and height in {number}{said}", of_heights)
+    else:
+        found = surface_of_triples(chosen, f"x, y and height in {number}{said}", of_heights)
+    if along == "pixel":
+        found = replace(found, spacing=None, notes=(*found.notes, "Its x is in pixels"))
+    else:
+        unstated = UNSTATED if along is None and of_heights is not None else along
+        found = replace(found, spacing_unit=unstated)
+        _check_step(found, header)
+    return replace(found, channel=channel, notes=(*found.notes, *notes))
+
+
+def _notes(columns: tuple[Column, ...], roles: tuple[str, ...]) -> tuple[str, ...]:
+    """Return notes about columns that were not read, and about a column of depths."""
+    left = [one.name for one, role in zip(columns, roles, strict=True) if not role and one.name]
+    notes: tuple[str, ...] = (f"Columns that were not read: {', '.join(left)[:120]}",) if left else ()
+    if columns[roles.index("height")].name.lower().startswith(("depth", "tiefe")):
+        notes += ("A column of depths was read as heights: if its numbers count downwards, change their sign",)
+    return notes
+
+
+def _check_step(found: SurfaceFile, header: Header) -> None:
+    """Refuse a column of x whose steps are not those that the header states."""
+    stated, unit = _step(header)
+    if stated is None or found.spacing is None or unit is None or found.spacing_unit not in UNITS:
+        return
+    step, read = stated[0] * UNITS[unit], found.spacing[0] * UNITS[found.spacing_unit]
+    if abs(step - read) > AGREE * read:
+        refuse_file(
+            f"x in steps of {read:g} m, where the header states {step:g} m",
+            "a header and a column of x that agree",
+            "Correct the unit of x or the header.",
+        )
+
+
+def _step(header: Header) -> tuple[tuple[float, ...] | None, str | None]:
+    """Return the distances between points that the header states, along x and y, and their unit, or None twice.
+
+    A unit of None beside a distance means the unit of the heights.
+    """
+    key = next((key for key in ("step x", "step") if header.number(key)), None)
+    if key is None:
+        return None, None
+    unit = header.unit(key) or header.unit("unit x") or header.unit("unit of all")
+    along_x = float(header.number(key) or 0.0)
+    along_y = along_x
+    if header.number("step y"):
+        of_y = header.unit("step y") or unit
+        along_y = float(header.number("step y") or 0.0) * (UNITS[of_y] / UNITS[unit] if of_y and unit else 1.0)
+    return (along_x, along_y), unit
+
+
+def _grid(values: np.ndarray[Any, Any], header: Header, said: str) -> SurfaceFile:
+    """Return a table whose lines are rows along x."""
+    unit = header.unit("unit") or header.unit("unit of all")
+    channel = header.values.get("channel", ("", ""))[1]
+    axes = _axes(values)
+    if axes is not None:
+        values = values[1:, 1:]
+    rows, columns = values.shape
+    if rows == 1:
+        heights, missing = finite_heights(values.reshape(-1))
+        check_shape(heights.shape)
+        spacing, along = _sized(header, 1, columns)
+        spacing = spacing and spacing[:1]
+        return SurfaceFile(
+            "text", f"heights along a line{said}", heights, missing, unit, spacing, along, channel=channel
+        )
+    check_shape(values.shape)
+    heights, missing = finite_heights(values)
+    layout = f"a grid of {rows} rows and {columns} columns{said}"
+    if axes is not None:
+        layout += ", with x in the first row and y in the first column"
+        along = header.unit("unit x") or header.unit("unit of all")
+        return SurfaceFile("text", layout, heights, missing, unit, axes, along, channel=channel)
+    spacing, along = _sized(header, rows, columns)
+    return SurfaceFile("text", layout, heights, missing, unit, spacing, along, channel=channel)
+
+
+def _axes(values: np.ndarray[Any, Any]) -> tuple[float, float] | None:
+    """Return the distances of coordinates in the first row and column of a grid, whose corner is empty; or None."""
+    if min(values.shape) < 3 or not np.isnan(values[0, 0]):
+        return None
+    steps = [np.diff(axis) for axis in (values[0, 1:], values[1:, 0])]
+    if not all(np.all(np.isfinite(step)) and np.all(np.abs(step - step[0]) <= EQUAL * abs(step[0])) for step in steps):
+        return None
+    if any(step[0] == 0.0 for step in steps):
+        return None
+    return abs(float(np.mean(steps[0]))), abs(float(np.mean(steps[1])))
+
+
+def _sized(header: Header, rows: int, columns: int) -> tuple[tuple[float, ...] | None, str | None]:
+    """Return the spacing of a grid that the header states, by steps or by sizes, and its unit, or None twice.
+
+    A unit of None beside a spacing means the unit of the heights.
+    """
+    spacing, unit = _step(header)
+    width, height = header.number("width"), header.number("height")
+    if spacing is not None or not width or not height:
+        return spacing, unit
+    unit_x, unit_y = header.unit("width"), header.unit("height")
+    named = unit_x or unit_y or header.unit("unit x")
+    along_y = height * (UNITS[unit_y] / UNITS[unit_x] if unit_x and unit_y else 1.0)
+    return (width / columns, along_y / rows), named
