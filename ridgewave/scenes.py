@@ -1,50 +1,72 @@
 """Renders, explains and opens a scene, with changes to its fields.
 
 The changes are a partial scene. `synth.scene.merge` merges them like a PATCH request (RFC 7396); a field also removes
-the fields that it excludes. The result is then checked.
+the fields that it excludes. The result is then checked. A warning of a plan is given once, as a RenderWarning.
 """
 
 from __future__ import annotations
 
+import logging
 import os
-from collections.abc import Mapping
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from service.store.own_textures import own_store, texture_named, with_imported
 from service.store.store import StoredTexture
+from synth.errors import RenderWarning
 from synth.scene.catalogue import CatalogueEntry, catalogue
 from synth.scene.merge import merge_patch
-from synth.scene.scene import Scene, SceneLike, document_of, parse_scene, scene_document
+from synth.scene.scene import Scene, SceneLike, document_of, scene_document
+from synth.scene.scene import parse_scene as parsed
+from synth.scene.texture_registry import with_files
+from synth.voice.hand_log import is_recording, require_scene
 
 if TYPE_CHECKING:
+    from synth.accuracy.report import AccuracyReport, Progress
     from synth.encode.sound import Sound
     from synth.plan.plan import Plan
+    from synth.plan.preparation import Preparation
     from synth.voice.voice import Voice
 
 
-def changed(scene: SceneLike, fields: Mapping[str, Any]) -> Scene:
-    """Return `scene` with the sections of the partial scene `fields` merged into it.
+LOG = logging.getLogger("ridgewave")
+"""At the level INFO it tells when a preparation begins, and how long it took."""
 
-    scene: a Scene, a mapping as in docs/scene.md, the path of a JSON file, or a texture's name.
+
+def parse_scene(scene: SceneLike, **fields: Any) -> Scene:
+    """Return `scene` with the sections of the partial scene `fields` merged into it, checked and frozen.
+
+    scene: a Scene, a mapping as in docs/scene.md, the path of a JSON file or of a sound file of ridgewave, or a
+        texture's name, also of an imported one. Lists of numbers may be arrays; the scene holds copies.
     Raises SceneError, which lists every fault; OSError if a file cannot be read.
+
+    Example: rw.parse_scene("denim-72x56", scan={"load": "0.5 N"}).scan.load
     """
     if isinstance(scene, Scene):
-        return parse_scene(merge_patch(scene_document(scene), with_imported(fields))) if fields else scene
-    document = _document_of(scene) if isinstance(scene, str | os.PathLike) else scene
+        if not fields:
+            return scene
+        return parsed(with_imported(with_files(merge_patch(scene_document(scene), with_imported(fields)))))
+    document = _document_of(scene)
+    require_scene(document)
     if fields and isinstance(document, Mapping):
         document = merge_patch(document, fields)
-    return parse_scene(with_imported(document))
+    return parsed(with_imported(with_files(document)))
 
 
-def _document_of(source: str | os.PathLike[str]) -> Mapping[str, Any]:
-    return document_of(source, lambda name: texture_named(name).document)
+def _document_of(source: SceneLike) -> Any:
+    if isinstance(source, str | os.PathLike):
+        return document_of(source, lambda name: texture_named(name).document)
+    return source
 
 
 def render(scene: SceneLike, **fields: Any) -> Sound:
-    """Render the whole duration of a scene.
+    """Render the whole duration of a scene, or the recording of a live session.
 
-    scene: a Scene, a mapping as in docs/scene.md, the path of a JSON file, or a texture's name.
-    fields: sections of a partial scene, such as scan={"load": "0.5 N"}.
+    scene: as `parse_scene`, or a recording: its mapping, or the path of its JSON file or of a sound rendered from it.
+    fields: sections of a partial scene, such as scan={"load": "0.5 N"}; a recording cannot be changed.
     Returns a Sound: float32 frames, their full scale, and `values` in SI units.
     Raises SceneError for an invalid scene, and for one whose contact cannot be solved.
     Source: Fagiani & Barbieri (2016), eqs 1-5.
@@ -52,33 +74,91 @@ def render(scene: SceneLike, **fields: Any) -> Sound:
     Example: rw.render("grating-1mm-31um", output={"duration": "1 s"}).save("coarse.wav")
     """
     from synth.encode.sound import render as rendered
+    from synth.encode.sound import rendered_recording
 
-    return rendered(changed(scene, fields))
+    started = perf_counter()
+    document = scene if isinstance(scene, Scene) else _document_of(scene)
+    if isinstance(document, Mapping) and is_recording(document) and not fields:
+        sound = rendered_recording(document)
+    else:
+        checked = parse_scene(document, **fields)
+        LOG.info("rendering %.6g s of %s", checked.output.duration, checked.texture.kind)
+        sound = rendered(checked, plan_as=_plan_as)
+    LOG.info("rendered %.6g s in %.3g s", sound.seconds, perf_counter() - started)
+    _warn(sound.warnings)
+    return sound
+
+
+def _plan_as(solved: Preparation) -> Plan:
+    from synth.accuracy.costing import plan_with_contact
+
+    return plan_with_contact(solved)
+
+
+def _warn(sentences: Sequence[str]) -> None:
+    """Give each warning to the caller of the public function, once per line of code."""
+    for sentence in sentences:
+        warnings.warn(sentence, RenderWarning, stacklevel=3)
+
+
+def load(path: str | os.PathLike[str]) -> Sound:
+    """Return the sound in a WAV or FLAC file: `frames`, `values` in SI, full scale, quantities and scene.
+
+    A file of another program, or one whose metadata was removed, has samples without a scale: its quantity is
+    "unscaled", and a RenderWarning says so.
+    Raises InvalidRequest for a file that is no sound, OSError if it cannot be read.
+
+    Example:
+        import ridgewave as rw
+        sound = rw.load(rw.render("denim-72x56", output={"duration": "0.1 s"}).save("denim.wav"))
+        print(sound.peak, sound.units, sound.scene.texture.kind)
+    """
+    from synth.encode.sound_files import load as loaded
+
+    with_imported({})  # the scene may name a surface of the user's store
+    sound = loaded(Path(path))
+    _warn(sound.warnings)
+    return sound
 
 
 def explain(scene: SceneLike, **fields: Any) -> Plan:
     """Return the plan of a scene: what is simulated, why, at what error, and at what cost on this machine.
 
-    scene, fields, errors: as `render`.
+    scene, fields, errors: as `parse_scene`.
 
     Example: rw.explain("grating-1mm-31um", effects={"inertia": {}}).document()["simulated"]
     """
     from synth.accuracy.costing import explain as explained
 
-    return explained(changed(scene, fields))
+    return explained(parse_scene(scene, **fields))
+
+
+def measure_accuracy(
+    scene: SceneLike, *, quantity: str | None = None, progress: Progress | None = None
+) -> AccuracyReport:
+    """Return the error and the cost of every method, for one channel of a scene. It takes half a minute.
+
+    scene, errors: as `parse_scene`.
+    quantity: quantity of the channel; None for the first channel.
+    progress: called before each method with its name, the number of methods done, and the number of all methods.
+    Raises InvalidRequest if the scene has no channel with that quantity, has effects, or does not move.
+    """
+    from synth.accuracy.report import measure_accuracy as measured
+
+    return measured(parse_scene(scene), quantity=quantity, progress=progress)
 
 
 def open_voice(scene: SceneLike, *, live: bool = False, **fields: Any) -> Voice:
     """Return a voice whose `render(frames, motion)` gives the next block, float32 [frames, channels] over full scale.
 
-    scene, fields, errors: as `render`.
+    scene, fields, errors: as `parse_scene`.
     live: True for a hand that moves in real time.
 
     Example: block = rw.open_voice("grating-1mm-31um").render(480)
     """
     from synth.voice.voice import open_voice as opened
 
-    return opened(changed(scene, fields), live=live)
+    return opened(parse_scene(scene, **fields), live=live)
 
 
 def textures() -> dict[str, CatalogueEntry | StoredTexture]:

@@ -6,6 +6,8 @@
     └── CannotRender    the request is valid but cannot be carried out; `reason` is a sentence for the user
         └── NameTaken   the name exists already and is not overwritten
 
+They can be pickled, so that they pass between processes. RenderWarning is a warning, not an error.
+
 Any other exception, such as an AssertionError, is a bug in ridgewave. A remote client learns only that it is a bug.
 """
 
@@ -39,6 +41,21 @@ class Fault:
 
 class RidgewaveError(Exception):
     """Base class of all errors that ridgewave raises on purpose."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return how to make the error again from its message and its fields, whatever arguments its class takes."""
+        return _made_again, (type(self), self.args), self.__dict__
+
+
+def _made_again(kind: type[RidgewaveError], message: tuple[Any, ...]) -> RidgewaveError:
+    """Return an error of `kind` with `message`, without its fields, which pickle adds."""
+    error = kind.__new__(kind)
+    error.args = message
+    return error
+
+
+class RenderWarning(UserWarning):
+    """A doubt about a sound or a file that a person should read before using it."""
 
 
 class InvalidRequest(RidgewaveError):

@@ -17,7 +17,8 @@ def read_metadata(source: Path | bytes) -> Metadata | None:
         (size,) = struct.unpack_from("<I", file, at - 4) if at >= 0 else (0,)
         text = file[at : at + size].removeprefix(b"comment=")
     else:
-        at = file.find(b"ICMT")
+        named = file.find(b'"scene_in":"ISBJ"')
+        at = file.find(b"ICMT") if named < 0 else file.find(b"ISBJ", named + 17)
         (size,) = struct.unpack_from("<I", file, at + 4) if at >= 0 else (0,)
         text = file[at + 8 : at + 8 + size].rstrip(b"\0")
     if at < 0:

@@ -7,6 +7,7 @@ over HTTP and in Python.
 from __future__ import annotations
 
 import argparse
+import io
 import json
 import sys
 from pathlib import Path
@@ -19,8 +20,10 @@ from synth.scene.catalogue import catalogue_names
 from synth.scene.doubtful_values import bare_doubts
 from synth.scene.merge import merge_patch
 from synth.scene.scene import LARGEST_BYTES, Scene, document_of, parse_scene
+from synth.scene.sound_scene import document_in_sound, is_sound
 from synth.scene.text import object_from_text
 from synth.scene.texture_registry import with_files
+from synth.voice.hand_log import require_scene
 
 
 def read_scene(arguments: argparse.Namespace) -> Scene:
@@ -30,6 +33,7 @@ def read_scene(arguments: argparse.Namespace) -> Scene:
 
 def scene_of(document: dict[str, object], arguments: argparse.Namespace) -> Scene:
     """Return the scene of `document` with the changes in `arguments`; raises InvalidRequest."""
+    require_scene(document)
     changes = list(arguments.changes)
     if arguments.duration is not None:
         changes.append(f"output.duration={arguments.duration}")
@@ -55,7 +59,7 @@ def check_unchanged(arguments: argparse.Namespace, what: str) -> None:
 
 
 def read_document(name: str, *, everyday: bool = False) -> dict[str, object]:
-    """Return the JSON object of SCENE: a file, `-` for standard input, or a texture's name.
+    """Return the JSON object of SCENE: a JSON or sound file, `-` for standard input, or a texture's name.
 
     everyday: take the everyday scan of the texture. Raises InvalidRequest if SCENE is not a name.
     """
@@ -64,7 +68,8 @@ def read_document(name: str, *, everyday: bool = False) -> dict[str, object]:
             invalid_request("--everyday", "true", "a texture's name as SCENE", "`ridgewave textures` lists the names.")
         return dict(texture_named(name).everyday)
     if name == "-":
-        return object_from_text(sys.stdin.buffer.read(LARGEST_BYTES))
+        given = sys.stdin.buffer.read(LARGEST_BYTES)
+        return document_in_sound(io.BytesIO(given), "-") if is_sound(given) else object_from_text(given)
     return document_of(name, lambda known: texture_named(known).document)
 
 

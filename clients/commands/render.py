@@ -80,17 +80,27 @@ def render_recording(
     started = time.perf_counter()
     with Waiting("solving the contact", progress):
         replay = Recording(document).open(exact=exact)
-    return _written(target, replay, replay.scene, replay.frames, started, progress)
+    return _written(target, replay, replay.scene, replay.frames, started, progress, document)
 
 
 def _written(
-    target: Target, voice: Any, scene: Scene, frames: int, started: float, progress: bool | None
+    target: Target,
+    voice: Any,
+    scene: Scene,
+    frames: int,
+    started: float,
+    progress: bool | None,
+    recording: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """Write `frames` of `voice`; return the result. started: time at which its preparation began."""
+    """Write `frames` of `voice`; return the result.
+
+    started: time at which its preparation began.
+    recording: document of the recording that is rendered; the file keeps it.
+    """
     ready = time.perf_counter()
     rate = voice.sample_rate
     limiter = None if target.sound_format.is_float else _limiter(voice.channels, rate)
-    metadata = Metadata(voice.full_scale, voice.quantities, scene_document(scene))
+    metadata = Metadata(voice.full_scale, voice.quantities, scene_document(scene), recording=recording)
     place: Any = _standard_output() if target.path is None else target.path
     peaks = np.zeros(voice.channels)
     blocks = (voice.render(min(BLOCK_FRAMES, frames - done)) for done in range(0, frames, BLOCK_FRAMES))

@@ -28,7 +28,7 @@ import numpy as np
 
 from synth.contact.groups import Groups
 from synth.perception.threshold import threshold_displacement
-from synth.plan.plan import Cost, Plan
+from synth.plan.plan import Cost, Plan, plan_of
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.process_start import compile_seconds, kernel_seconds, process_seconds
 from synth.response_cache import ResponseCache
@@ -75,8 +75,13 @@ def _measured(scene: Scene, cache: ResponseCache | None) -> Plan:
         process_seconds=process_seconds(),
         compile_seconds=compile_seconds(),
     )
-    plan = voice.plan
-    return replace(plan, response=plan.response | _contact_summary(voice.solved), cost=cost)
+    return replace(plan_with_contact(voice.solved), cost=cost)
+
+
+def plan_with_contact(solved: Preparation) -> Plan:
+    """Return the plan of a prepared scene with the figures of its contact, without its cost."""
+    plan = plan_of(solved)
+    return replace(plan, response=plan.response | _contact_summary(solved))
 
 
 def _seconds_a_frame(voice: Voice) -> float:

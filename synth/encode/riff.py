@@ -86,8 +86,8 @@ def _format_chunk(sound_format: SoundFormat, sample_rate: int, channels: int) ->
 
 
 def _info_chunk(metadata: Metadata) -> bytes:
-    software = _chunk(b"ISFT", metadata.generator.encode("ascii", "replace") + b"\0")
-    return _chunk(b"LIST", b"INFO" + software + _chunk(b"ICMT", metadata.text() + b"\0"))
+    entries = (_chunk(name, text + b"\0") for name, text in metadata.wav_entries())
+    return _chunk(b"LIST", b"INFO" + b"".join(entries))
 
 
 def _chunk(name: bytes, body: bytes) -> bytes:

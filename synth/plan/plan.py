@@ -68,7 +68,7 @@ class Cost:
     compile_seconds: float
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Plan:
     """The plan of one scene.
 
@@ -88,6 +88,11 @@ class Plan:
     estimated_error: dict[str, float]
     cost: Cost | None
     warnings: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        parts = ", ".join(part.name for part in self.simulated) or "nothing"
+        errors = ", ".join(f"{name} {error:.2g}" for name, error in self.estimated_error.items())
+        return f"<Plan: {parts}; estimated error: {errors or 'none'}; warnings: {len(self.warnings)}>"
 
     def document(self) -> dict[str, Any]:
         """Return the plan as a JSON document (design, section 5)."""
@@ -111,8 +116,13 @@ def plan_of(solved: Preparation) -> Plan:
         response=_response(solved),
         estimated_error=errors,
         cost=None,
-        warnings=(*solved.warnings, *plan_doubts(solved)),
+        warnings=warnings_of(solved),
     )
+
+
+def warnings_of(solved: Preparation) -> tuple[str, ...]:
+    """Return the warnings about a prepared scene, without the rest of its plan."""
+    return (*solved.warnings, *plan_doubts(solved))
 
 
 def _simulated(solved: Preparation) -> tuple[Simulated, ...]:

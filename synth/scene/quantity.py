@@ -14,6 +14,9 @@ import sys
 from decimal import Context, Decimal
 from enum import Enum
 from numbers import Real
+from typing import Any
+
+from synth.scene.array_values import ArrayError, is_array, real_array
 
 SMALLEST_NORMAL = sys.float_info.min
 """Magnitudes below this (2.2e-308) are read as zero, because denormal numbers slow down every filter."""
@@ -98,13 +101,15 @@ class QuantityError(ValueError):
 def parse_quantity(value: object, dimension: Dimension) -> float:
     """Return `value` as a finite float in SI.
 
-    value: a number in SI, or text with a unit of `dimension`.
+    value: a number in SI, also as an array of one number, or text with a unit of `dimension`.
     Raises QuantityError for any other value: a boolean, text without a unit or with a wrong unit, NaN, an infinity.
     """
     if isinstance(value, str):
         number = _from_text(value, dimension)
     elif isinstance(value, Real) and not isinstance(value, bool):
         number = _from_number(value)
+    elif is_array(value):
+        number = _from_array(value, dimension)
     else:
         raise QuantityError(f"{_kind(value)} is not a quantity", _how_to_write(dimension))
     if not math.isfinite(number):
@@ -131,6 +136,16 @@ def text_pattern(dimension: Dimension) -> str:
     spellings = [re.escape(unit).replace("\\ ", " ").replace("u", "[u\u00b5\u03bc]") for unit in dimension.units]
     units = "|".join(spellings).replace(r"\^2", r"(?:\^2|\u00b2)")
     return rf"^\s*{number}\s*(?:{units})\s*$"
+
+
+def _from_array(value: Any, dimension: Dimension) -> float:
+    try:
+        numbers = real_array(value, dimension.unit)
+    except ArrayError as error:
+        raise QuantityError(error.reason, error.hint) from None
+    if numbers.size != 1:
+        raise QuantityError(f"an array of {numbers.size} numbers is not one number", _how_to_write(dimension))
+    return float(numbers.reshape(-1)[0])
 
 
 def _from_number(value: Real) -> float:

@@ -84,10 +84,12 @@ class Rule(ABC):
 
     allowed: the allowed values as text, with the unit.
     unit: SI unit of a number without a unit, or "".
+    takes_lists: whether a value is a list of numbers, or of lists of numbers. It may then be an array.
     """
 
     allowed: str
     unit = ""
+    takes_lists = False
 
     @abstractmethod
     def read(self, value: object) -> object:
@@ -141,7 +143,7 @@ class Quantity(Rule):
         try:
             number = parse_quantity(value, self.dimension)
         except QuantityError as error:
-            raise refused(self.allowed, error.hint) from error
+            raise refused(self.allowed, error.hint) from None
         if not self.low <= number <= self.high:
             raise refused(self.allowed, self._range_hint(value, number))
         if self.whole and not number.is_integer():
@@ -170,6 +172,7 @@ class QuantityList(Rule):
     item: Quantity
     fewest: int
     most: int
+    takes_lists = True
 
     def __post_init__(self) -> None:
         self.unit = self.item.unit

@@ -95,6 +95,8 @@ LINE = ("y", "heading", "direction")
 class Trajectory(Rule):
     """Recorded points, all of one form, each number in SI or text with its unit."""
 
+    takes_lists = True
+
     allowed = (
         f"{FEWEST_POINTS} to {MOST_POINTS} points {POINTS}: t {TIME.allowed}, position, x and y {PLACE.allowed}, "
         f"direction {ANGLE.allowed}, load {LOAD.allowed}"

@@ -8,11 +8,12 @@ Limits: an invalid document is refused with all of its faults at once (the first
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, Any, BinaryIO, NoReturn
 
 from pydantic import Field, ValidationError
 
@@ -24,6 +25,7 @@ from synth.scene.output_section import Accuracy, Channel, Output
 from synth.scene.rules import MOST_FAULTS, Fields, Quantity, Refusal, refusal
 from synth.scene.scan_section import LOWEST_LOAD, TIME, Scan, over_area_fields
 from synth.scene.section import Section, inner_section, plain, rule_of, section_schema
+from synth.scene.sound_scene import CALLED, HEAD_BYTES, document_in_sound, is_sound
 from synth.scene.text import object_from_text, pointer
 from synth.scene.texture_registry import DEFAULT, kinds, with_files
 from synth.scene.texture_section import Texture
@@ -41,6 +43,26 @@ class Scene(Section):
     )
     output: Output = Field(default=Output(), description="Quantity, rate, number and scale of the samples.")
     accuracy: Accuracy = Field(default=Accuracy(), description="The permitted error of the samples.")
+
+    def __init__(self, **sections: Any) -> None:
+        """Read the sections, as `parse_scene` reads a mapping. Raises SceneError."""
+        context = {LOWEST_LOAD: lowest_load(sections.get("effects"))}
+        try:
+            self.__pydantic_validator__.validate_python(sections, self_instance=self, context=context)
+        except ValidationError as error:
+            raise SceneError(list(_faults(error))) from None
+
+    # Without this mark pydantic would also call __init__ for `model_validate`, and its SceneError would end that check.
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
+    def json_text(self) -> str:
+        """Return the scene as JSON text, with numbers in SI, which `from_json` and every command read back."""
+        return json.dumps(self.document(), allow_nan=False)
+
+    @classmethod
+    def from_json(cls, text: str | bytes) -> Scene:
+        """Return the scene that JSON `text` describes. Raises SceneError."""
+        return parse_scene_text(text)
 
     @classmethod
     def conflicts(cls, given: Fields) -> list[Refusal]:
@@ -83,6 +105,7 @@ def _written(given: Fields, section: str) -> Mapping[str, Any]:
 
 Document = Mapping[str, Any]
 SceneLike = Scene | Mapping[str, Any] | str | os.PathLike[str]
+FILE_ENDINGS = (".json", ".wav", ".flac")  # of files that hold a scene
 LARGEST_BYTES = 64 * 2**20  # a trajectory of one day at 10 Hz is 40 MB of text; a larger file is not a scene
 
 
@@ -101,31 +124,36 @@ def scene_from(source: SceneLike) -> Scene:
 
 
 def document_of(source: str | os.PathLike[str], named: Callable[[str], Document] | None = None) -> dict[str, object]:
-    """Return the JSON object of a file, or the document of a texture's name. Raises SceneError, OSError.
+    """Return the document of a JSON or sound file, or of a texture's name. Raises SceneError, OSError.
+
+    A sound file of ridgewave has the scene that it was rendered from, or the recording.
 
     named: returns the document of a name, or raises SceneError; None looks the name up in the catalogue.
 
     A string is a catalogue name if the catalogue has it. It is also treated as a name if it contains no folder, does
-    not end in .json, and no such file exists.
+    not end as a file of a scene does, and no such file exists.
     """
     path = Path(source)
-    looks_like_a_name = path.suffix != ".json" and len(path.parts) == 1 and not path.exists()
+    looks_like_a_name = path.suffix.lower() not in FILE_ENDINGS and len(path.parts) == 1 and not path.exists()
     if isinstance(source, str) and (source in catalogue_names() or looks_like_a_name):
         return dict(lookup(source).document if named is None else named(source))
-    return object_from_text(_read(path))
-
-
-def _read(path: Path) -> bytes:
     try:
         with path.open("rb") as file:
-            text = file.read(LARGEST_BYTES + 1)
+            return _read(file, path)
     except FileNotFoundError:
-        _refuse(path, "a JSON file that exists", "Check the path.")
+        _refuse(path, "a file that exists", "Check the path.")
     except IsADirectoryError:
-        _refuse(path, "a JSON file", "This is a folder. Name a file in it.")
+        _refuse(path, CALLED, "This is a folder. Name a file in it.")
+
+
+def _read(file: BinaryIO, path: Path) -> dict[str, object]:
+    text = file.read(HEAD_BYTES)
+    if is_sound(text):
+        return document_in_sound(file, str(path))
+    text += file.read(LARGEST_BYTES + 1 - len(text))
     if len(text) > LARGEST_BYTES:
         _refuse(path, f"a JSON file of at most {LARGEST_BYTES} bytes", "Is this a scene?")
-    return text
+    return object_from_text(text)
 
 
 def _refuse(path: Path, allowed: str, hint: str) -> NoReturn:
@@ -147,7 +175,7 @@ def parse_scene(document: object) -> Scene:
     try:
         return Scene.model_validate(document, context={LOWEST_LOAD: lowest_load(effects)})
     except ValidationError as error:
-        raise SceneError(list(_faults(error))) from error
+        raise SceneError(list(_faults(error))) from None
 
 
 def _with_own_duration(document: object) -> object:

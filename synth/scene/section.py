@@ -15,6 +15,7 @@ from typing import Any, Self, get_args
 from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
+from synth.scene.array_values import ArrayError, listed
 from synth.scene.rules import MOST_FAULTS, Fields, Refusal, Rule, nearest, refusal, refusals_of, refuse, refused
 
 
@@ -71,6 +72,9 @@ class Section(BaseModel):
         strangers = ((key, value) for key, value in given.items() if key not in cls.model_fields)
         refusals = [_unknown(cls, key, value) for key, value in islice(strangers, MOST_FAULTS + 1)]
         known = {key: value for key, value in given.items() if value is not None and key in cls.model_fields}
+        known, unreadable = _without_arrays(cls, known)
+        if unreadable:
+            refuse(cls.__name__, refusals + unreadable)
         known = cls.completed(known)
         between = cls.conflicts(known)
         try:
@@ -81,6 +85,19 @@ class Section(BaseModel):
         refuse(cls.__name__, refusals)
         section.__dict__.update(section.derived())
         return section
+
+
+def _without_arrays(section: type[Section], known: Fields) -> tuple[Fields, list[Refusal]]:
+    """Return `known` with lists in place of arrays, and the refusals of arrays that hold no real numbers."""
+    read: Fields = {}
+    refusals: list[Refusal] = []
+    for name, value in known.items():
+        rule = next((item for item in section.model_fields[name].metadata if isinstance(item, Rule)), None)
+        try:
+            read[name] = listed(value, rule.unit) if rule is not None and rule.takes_lists else value
+        except ArrayError as error:
+            refusals.append(refusal([name], value, getattr(rule, "allowed", ""), f"{error.sentence} {error.hint}"))
+    return read, refusals
 
 
 def _unknown(section: type[Section], key: object, value: object) -> Refusal:

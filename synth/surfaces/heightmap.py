@@ -43,6 +43,7 @@ class Rows(Rule):
     """Rows of heights, all of one length."""
 
     unit = "m"
+    takes_lists = True
     allowed = f"2 or more rows of 2 or more heights each, {MOST_INLINE} in all, each {HEIGHT.allowed}"
 
     def read(self, value: object) -> tuple[tuple[float, ...], ...]:

@@ -17,6 +17,8 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+from synth.errors import Fault, SceneError
+
 FORMAT, VERSION = "ridgewave-recording", 3
 LARGEST_BYTES = 128 << 20  # 470,000 updates, 1.3 h at 100 per second; more would take memory that other sessions need
 EVENT_BYTES = 280  # memory of an update, and of any other event without its document
@@ -28,6 +30,13 @@ Event = list[Any]
 def is_recording(document: Mapping[str, object]) -> bool:
     """Return whether a JSON object is a recording rather than a scene."""
     return document.get("format") == FORMAT
+
+
+def require_scene(document: object) -> None:
+    """Raise SceneError if `document` is a recording, whose motion cannot be changed or planned."""
+    if isinstance(document, Mapping) and is_recording(document):
+        hint = "`render` renders a recording. Use its first scene, the field scene, for anything else."
+        raise SceneError([Fault("/format", FORMAT, "a scene", hint)])
 
 
 class HandLog:

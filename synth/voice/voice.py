@@ -14,7 +14,7 @@ import math
 from collections.abc import Iterator
 from copy import copy
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from synth.arrays import Block
 from synth.motion.motion import Motion, completed
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.effect_choice import require_one_shape
-from synth.plan.plan import Plan, plan_of
+from synth.plan.plan import Plan, plan_of, warnings_of
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.usual_hand import prepare_hand, with_hand_scale
 from synth.response.phases import phase_step, turns_to_phase
@@ -118,13 +118,24 @@ class Voice:
     @property
     def warnings(self) -> tuple[str, ...]:
         """The warnings of the plan."""
-        return self.plan.warnings
+        return warnings_of(self._told)
 
     @property
     def plan(self) -> Plan:
         """The plan of this voice; after a hand has moved it, the plan for a hand."""
+        return plan_of(self._told)
+
+    @property
+    def _told(self) -> Preparation:
+        """The preparation that the plan describes."""
         solved = self._for_hand if self._by_hand and self._for_hand is not None else self.solved
-        return plan_of(replace(solved, scene=self.scene))
+        return replace(solved, scene=self.scene)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Do nothing: a voice holds memory only. `with` serves code that also opens a `Live`."""
 
     @property
     def frames_together(self) -> int:

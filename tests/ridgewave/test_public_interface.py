@@ -21,7 +21,7 @@ SHORT = {"duration": 0.05, "sample_rate": 8000, "quantity": "displacement"}
 
 
 def test_every_public_name_is_there_and_listed() -> None:
-    assert set(rw.__all__) <= set(dir(rw))
+    assert sorted(rw.__all__) == dir(rw)
     assert all(getattr(rw, name) is not None for name in rw.__all__)
     with pytest.raises(AttributeError, match="no attribute 'sweeep'"):
         _ = rw.sweeep
@@ -90,3 +90,8 @@ def test_the_catalogue_gives_scenes_by_name() -> None:
     assert rw.parse_scene(entry.document) == rw.parse_scene("denim-72x56")
     everyday = rw.parse_scene(entry.everyday)
     assert (everyday.finger.kind, everyday.texture) == ("fingertip", rw.parse_scene("denim-72x56").texture)
+
+
+def test_the_page_on_python_has_every_public_name() -> None:
+    page = (Path(rw.__file__).resolve().parents[1] / "docs" / "python.md").read_text("utf-8")
+    assert [name for name in rw.__all__ if f"`{name}`" not in page] == []

@@ -59,7 +59,7 @@ def test_it_says_what_it_is(sound: Sound) -> None:
     peaks = np.abs(sound.values).max(axis=0)
     assert repr(sound) == (
         f"<Sound of 0.25 s at 8000 Hz: displacement peak {peaks[0]:.3g} m (full scale {sound.full_scale[0]:.3g}), "
-        f"acceleration peak {peaks[1]:.3g} m/s^2 (full scale {sound.full_scale[1]:.3g})>"
+        f"acceleration peak {peaks[1]:.3g} m/s^2 (full scale {sound.full_scale[1]:.3g}); 1 warning>"
     )
     assert "8000 Hz: displacement (full scale" in repr(open_voice(DOCUMENT))
 

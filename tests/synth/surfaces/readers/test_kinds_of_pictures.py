@@ -33,7 +33,7 @@ def png(pixels: np.ndarray[Any, Any], bits: int, colour: int) -> bytes:
 
 
 def whole(bits: int) -> np.ndarray[Any, Any]:
-    return np.round(GREY * (2**bits - 1))
+    return np.asarray(np.round(GREY * (2**bits - 1)))
 
 
 def rgb(bits: int) -> np.ndarray[Any, Any]:

@@ -1,0 +1,52 @@
+"""Imports a measured surface into the user's own store, as `ridgewave import` does."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+
+def import_texture(
+    path: str | os.PathLike[str], *, name: str | None = None, dry_run: bool = False, **options: Any
+) -> dict[str, Any]:
+    """Read a file of measured heights, and keep it as a texture of this machine.
+
+    path: a file as in docs/import.md. It is read in a process of its own: a damaged file can crash its reader.
+    name: of the texture, for `texture.kind`; None: from the name of the file.
+    dry_run: whether to report only, and keep nothing.
+    options: those of `ridgewave import` without their dashes, such as unit="um", pixel="5 um", level="tilt".
+    Returns {"name", "kept", "address", "report"}; docs/import.md describes the report.
+    Raises InvalidRequest for an invalid file or option, and CannotRender (NameTaken for a name that exists). Nothing is
+    then kept.
+
+    Example:
+        import numpy as np
+        import ridgewave as rw
+        np.save("comb.npy", 20e-6 * np.sin(np.arange(400) / 8))
+        print(rw.import_texture("comb.npy", unit="m", pixel="10 um", dry_run=True)["report"]["peak_to_valley"])
+    """
+    from service.compute.import_process import Imports, Uploaded
+    from service.store.own_textures import own_store
+    from service.store.store import Quota, check_name, name_from_file
+    from synth.surfaces.measurement.import_options import read_options
+
+    file = Path(path)
+    read_options(options)
+    chosen = name_from_file(file.name) if name is None else name
+    check_name(chosen)
+    if file.is_file():
+        file.open("rb").close()  # its error names the file
+
+    def read() -> Uploaded:
+        with tempfile.TemporaryDirectory(prefix="ridgewave-") as folder:
+            return asyncio.run(Imports().read(file, file.name, options, Path(folder)))
+
+    with ThreadPoolExecutor(1) as own_loop:  # a notebook has an event loop in this thread already
+        found = own_loop.submit(read).result()
+    if not dry_run:
+        own_store().keep("", chosen, found.surface, found.report["kind"], found.report, Quota())
+    return {"name": chosen, "kept": not dry_run, "address": found.surface.address, "report": found.report}
