@@ -156,9 +156,9 @@ class SteadyScan(Request):
             return ""
         if self._cancelled and swing < CANCELLED * self.scene.texture.amplitude:
             return (
-                "The finger does not move: the equal ridges of a comb cancel every line of the texture below "
-                f"{self.scene.output.band_limit:.4g} Hz. No measured finger does this. Write finger.kind "
-                '"fingertip", another finger.ridge_period, or a larger output.bandwidth.'
+                f"The finger moves by {swing:.3g} m, less than 1 nm: the length and the equal ridges of a comb cancel "
+                f"every line of the texture below {self.scene.output.band_limit:.4g} Hz. No measured finger does this. "
+                'Write finger.kind "fingertip", another finger.ridge_period, or a larger output.bandwidth.'
             )
         return (
             f"The finger moves by {swing:.3g} m, less than 1 nm. An automatic full scale would only amplify rounding. "

@@ -38,8 +38,7 @@ function readingOf(reading) {
   const { encoding, separator, decimal_sign: decimal, columns } = reading;
   const parts = [encoding, separator && `separated by ${separator}`, `decimal sign ${decimal}`];
   const named = columns.map(
-    ({ name, read_as: role, unit }, number) =>
-      `${name || `column ${number + 1}`}: ${role}${unit ? ` in ${unit}` : ""}`,
+    ({ name, read_as: role, unit }, number) => `${name || `column ${number + 1}`}: ${role}${unit ? ` in ${unit}` : ""}`,
   );
   const text = ["Text", parts.filter(Boolean).join(", ")];
   return named.length ? [text, ["Columns", named.join("; ")]] : [text];

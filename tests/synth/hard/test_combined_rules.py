@@ -55,7 +55,7 @@ SIDES: dict[str, tuple[dict[str, Any], dict[str, Any], str, str]] = {
         points(0.125, 10.0), points(0.125, 10.0000001), "/scan/trajectory/1/1", "between two points is 10 m/s at most",
     ),
     "the fewest points": (
-        points(0.1, 0.1, FEWEST_POINTS), points(0.1, 0.1, FEWEST_POINTS - 1), "/scan/trajectory", "4 to 1000000 points",
+        points(0.1, 0.1, FEWEST_POINTS), points(0.1, 0.1, FEWEST_POINTS - 1), "/scan/trajectory", "2 to 1000000 points",
     ),
     "one channel": (
         {"output": {"channels": ["velocity"]}}, {"output": {"channels": []}}, "/output/channels", "a list of 1 to 16",
