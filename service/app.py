@@ -1,8 +1,8 @@
 """The ASGI application: the layers, the routes, and the problem document of every error.
 
-A request passes the layers in this order: Subjects (log) -> Bouncer (Host, Origin, security headers, internal errors)
--> CORS, where origins are allowed -> RateLimit by address -> KeyCheck -> RateLimit by key -> HeadAsGet -> Compression
--> routes
+A request passes the layers in this order: RootPath, where the setting is not empty -> Subjects (log)
+-> Bouncer (Host, Origin, security headers, internal errors) -> CORS, where origins are allowed -> RateLimit by address
+-> KeyCheck -> RateLimit by key -> HeadAsGet -> Compression -> routes
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from service.http.content_negotiation import Compression
 from service.http.head_requests import HeadAsGet
 from service.http.query_faults import each_once, query_faults
 from service.http.rate_limits import Limits, RateLimit
+from service.http.root_path import RootPath, redirect_to_page
 from service.http.routes import (
     accuracy,
     imported_textures,
@@ -67,6 +68,7 @@ def create_app(settings: Settings, engine: Engine | None = None, workers_folder:
         description=DESCRIPTION,
         version="1",
         lifespan=lifespan,
+        servers=[{"url": settings.root_path}] if settings.root_path else None,
         docs_url=None,
         redoc_url=None,
         redirect_slashes=False,
@@ -76,13 +78,16 @@ def create_app(settings: Settings, engine: Engine | None = None, workers_folder:
     )
     for module in ROUTES:
         app.include_router(module.router)
+    if settings.root_path:
+        app.add_route(settings.root_path, redirect_to_page, include_in_schema=False)
     app.state.service = service
     app.openapi = lambda: openapi.document(app)  # type: ignore[method-assign]
     return app
 
 
 def _layers(settings: Settings, limits: Limits) -> list[Middleware]:
-    layers = [Middleware(Subjects), Middleware(Bouncer, settings=settings)]
+    layers = [Middleware(RootPath, root_path=settings.root_path)] if settings.root_path else []
+    layers += [Middleware(Subjects), Middleware(Bouncer, settings=settings)]
     if settings.allowed_origins:
         cross_origin = Middleware(
             CORSMiddleware,
@@ -100,7 +105,7 @@ def _layers(settings: Settings, limits: Limits) -> list[Middleware]:
 async def _answer(request: Request, error: Exception) -> Response:
     problem = _problem_of(request, error)
     service_of(request).metrics.refused(problem.kind)
-    return problem.response()
+    return problem.response(service_of(request).settings.root_path)
 
 
 def _problem_of(request: Request, error: Exception) -> Problem:

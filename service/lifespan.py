@@ -213,8 +213,11 @@ def service_of(request: Request) -> Service:
 
 
 @asynccontextmanager
-async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-    """Start the service with the server, and end it with the server."""
+async def lifespan(app: FastAPI) -> AsyncIterator[dict[str, Any]]:
+    """Start the service with the server, and end it with the server.
+
+    Yields what the server's protocols need of the settings, for answers that they give without the application.
+    """
     service: Service = app.state.service
     loop = service.loop = asyncio.get_running_loop()
     interval = sys.getswitchinterval()
@@ -226,7 +229,7 @@ async def lifespan(app: FastAPI) -> AsyncIterator[None]:
     ThreadWork(service.warm_up, "warm-up")
     try:
         with signals_first(lambda: _from_signal(loop, service.begin_closing)):
-            yield
+            yield {"root_path": service.settings.root_path}
     finally:
         for task in tasks:
             task.cancel()

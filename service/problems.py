@@ -142,11 +142,11 @@ class Problem(Exception):
     headers: Mapping[str, str] = field(default_factory=dict)
     instance: str | None = None
 
-    def document(self) -> dict[str, Any]:
-        """Return the JSON document."""
+    def document(self, root_path: str = "") -> dict[str, Any]:
+        """Return the JSON document. root_path: the setting, for its link."""
         kind = TYPES[self.kind]
         document: dict[str, Any] = {
-            "type": kind.uri,
+            "type": root_path + kind.uri,
             "title": kind.title,
             "status": kind.status,
             "detail": self.detail,
@@ -157,10 +157,10 @@ class Problem(Exception):
         }
         return document if self.instance is None else document | {"instance": self.instance}
 
-    def response(self) -> Response:
-        """Return the HTTP answer."""
+    def response(self, root_path: str) -> Response:
+        """Return the HTTP answer. root_path: the setting, for its link."""
         headers = {"Cache-Control": "no-store", **self.headers}
-        body = json.dumps(self.document(), ensure_ascii=True, allow_nan=False).encode("ascii")
+        body = json.dumps(self.document(root_path), ensure_ascii=True, allow_nan=False).encode("ascii")
         return Response(body, TYPES[self.kind].status, headers, media_type=MEDIA_TYPE)
 
 

@@ -8,6 +8,7 @@ another connection.
 from __future__ import annotations
 
 import contextlib
+import re
 import ssl
 from collections.abc import Awaitable, Callable, Iterator
 from dataclasses import dataclass, replace
@@ -22,6 +23,7 @@ from clients.live_client.reconnection import Closed, Closure
 from clients.live_client.wire_messages import SUBPROTOCOLS, subprotocols
 from clients.scene_and_key import checked_url
 
+LIVE_PATH = "/v1/live"
 PING_SECONDS = 5.0  # s between pings, and to wait for each answer: a lost peer is detected within twice that
 OPEN_SECONDS = 5.0  # s for TCP, TLS and the upgrade; longer wastes time while the service still keeps the session
 READY_SECONDS = (
@@ -51,12 +53,12 @@ class Address:
     def resuming(self, resume_url: str) -> Address:
         """Return the address at which to resume, on the same host. resume_url: as `ready` gave it; "" is this address.
 
-        The query of this address stays, and so does the path prefix of a proxy.
+        The query of this address stays, and so does the path prefix of a proxy; it replaces that of `resume_url`.
         """
         if not resume_url:
             return self
         parts, resumed = urlsplit(self.url), urlsplit(resume_url)
-        path = parts.path.removesuffix("/v1/live") + resumed.path
+        path = parts.path.removesuffix(LIVE_PATH) + re.sub(f".*(?={LIVE_PATH}$)", "", resumed.path)
         query = "&".join(part for part in (parts.query, resumed.query) if part)
         return replace(self, url=urlunsplit((parts.scheme, parts.netloc, path, query, "")))
 
@@ -65,7 +67,7 @@ class Address:
         """The base URL of the same service over HTTP."""
         parts = urlsplit(self.url)
         scheme = "https" if parts.scheme == "wss" else "http"
-        return urlunsplit((scheme, parts.netloc, parts.path.removesuffix("/v1/live"), "", ""))
+        return urlunsplit((scheme, parts.netloc, parts.path.removesuffix(LIVE_PATH), "", ""))
 
     @property
     def options(self) -> dict[str, Any]:

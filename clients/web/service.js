@@ -2,9 +2,10 @@
 
 Model: the address of the page may contain `#key=KEY`. The key is removed from the address, so that a copied link does
 not contain it, and is kept for this tab. HTTP requests send it as `Authorization: Bearer`, WebSockets as a further
-subprotocol.
+subprotocol. A proxy may offer the service under a prefix: every address is relative to this file, `PREFIX/web/service.js`.
 Limits: anyone who can read the storage of the page can read the key. */
 
+const ROOT = new URL("..", import.meta.url);
 const KEY_PLACE = "ridgewave.key";
 const KEY_IN_HASH = /(^#?|&)key=([^&]*)/;
 const SUBPROTOCOLS = ["ridgewave.v2", "ridgewave.v1"]; // versions of the live protocol, the newest first
@@ -34,6 +35,11 @@ export function isTemporary(problem) {
 let key = null;
 key = takeKey();
 
+/** Returns the address of `path`, which begins with /v1/, or with a prefix before it, as in links of the service. */
+export function addressOf(path) {
+  return new URL(path.slice(path.lastIndexOf("/v1/") + 1), ROOT);
+}
+
 /** Returns the JSON of the response, null if it is empty. body: JSON value, FormData or undefined. signal: an
  *  AbortSignal that ends the request, and with it the work of the service. Throws ServiceProblem. */
 export async function call(method, path, body, signal) {
@@ -53,7 +59,7 @@ export async function callBinary(method, path, body, signal) {
   }
   let answer;
   try {
-    answer = await fetch(path, request);
+    answer = await fetch(addressOf(path), request);
   } catch {
     throw new ServiceProblem(problemOf(0, "The service does not answer. Check that it is running, then try again."));
   }
@@ -69,9 +75,8 @@ export async function recordingOf(session) {
 
 /** Returns the address of the live stream. */
 export function liveUrl() {
-  const url = new URL("/v1/live", location.href);
+  const url = addressOf("/v1/live");
   url.protocol = url.protocol === "https:" ? "wss:" : "ws:";
-  url.hash = "";
   return url.href;
 }
 

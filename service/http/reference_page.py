@@ -21,12 +21,13 @@ _STYLE = (
 
 
 def reference_page(openapi: Mapping[str, Any]) -> str:
-    """Return the page for the OpenAPI document `openapi`."""
+    """Return the page for the OpenAPI document `openapi`. Its links are relative, for a prefix of a proxy."""
     return "".join(
         (
             '<!doctype html><html lang="en"><meta charset="utf-8"><title>ridgewave</title>',
             f"<style>{_STYLE}</style><h1>ridgewave</h1><p>{escape(openapi['info']['description'])} ",
-            'For programs: <a href="/openapi.json">OpenAPI</a>.</p><h2>Calls</h2>',
+            'For programs: <a href="openapi.json">OpenAPI</a>.</p><h2>Calls</h2>',
+            *(f"<p>Each path follows <code>{escape(one['url'])}</code>.</p>" for one in openapi.get("servers", ())),
             *_calls(openapi["paths"]),
             "<h2>Problems</h2><p>Errors are RFC 9457 problem documents.</p>",
             *(_problem(kind) for kind in problems.TYPES.values()),

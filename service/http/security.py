@@ -123,6 +123,7 @@ class KeyCheck:
     def __init__(self, app: ASGIApp, settings: Settings) -> None:
         self._app = app
         self._keys = tuple(key.encode("ascii") for key in settings.api_keys)
+        self._open = OPEN_PATHS | {settings.root_path or "/"}  # with RIDGEWAVE_ROOT_PATH, the redirect to its page
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Check a request and pass it on."""
@@ -134,7 +135,7 @@ class KeyCheck:
         await self._app(scope, receive, send)
 
     def _may_pass(self, scope: Scope) -> bool:
-        if not self._keys or scope["path"] in OPEN_PATHS or scope["path"].startswith(OPEN_FOLDER):
+        if not self._keys or scope["path"] in self._open or scope["path"].startswith(OPEN_FOLDER):
             return True
         scheme, _, token = (header(scope, b"authorization") or "").partition(" ")
         given = token.strip().encode("latin-1") if scheme.lower() == "bearer" else _offered_key(scope)
@@ -166,11 +167,12 @@ def our_bug(scope: Scope) -> Problem:
 
 async def refuse(problem: Problem, scope: Scope, receive: Receive, send: Send) -> None:
     """Answer with `problem`, and count it. A WebSocket gets the document too, if the server can send it."""
-    scope["app"].state.service.metrics.refused(problem.kind)
+    service = scope["app"].state.service
+    service.metrics.refused(problem.kind)
     if scope["type"] == "websocket" and "websocket.http.response" not in scope.get("extensions", {}):
         await send({"type": "websocket.close", "code": 1008, "reason": problem.kind})
     else:
-        await problem.response()(scope, receive, send)
+        await problem.response(service.settings.root_path)(scope, receive, send)
 
 
 def _bound_name(host: str) -> str:

@@ -131,7 +131,7 @@ class Conversation:
 
     def _tell(self, problem: Problem) -> None:
         self._metrics.refused(problem.kind)
-        self.actions.append(Send(server_messages.problem(problem)))
+        self.actions.append(Send(server_messages.problem(problem, self._settings.root_path)))
 
     def _message(self, message: dict[str, Any], now: float) -> None:
         kind = message["type"]
@@ -203,7 +203,8 @@ class Conversation:
         self.position = self._asked
         self.pace.begin(self.position, stream.rate, now)
         self._fade_bound = round(FADE_BOUND_SECONDS * stream.rate)
-        self.actions.append(Send(stream.ready(self.position, self.version)))
+        root_path = self._settings.root_path
+        self.actions.append(Send(stream.ready(self.position, self.version, root_path)))
         for message in self._early.take():
             if isinstance(message, str):
                 self.text(message, now)

@@ -192,13 +192,13 @@ class LiveStream(VoiceStream):
         area = {"over_area": self.hand.over_area} if version.has_area else {}
         return {"plan": self.voice.plan_document, **area}
 
-    def ready(self, frame: int, version: Version) -> str:
-        """Return the answer to `hello`, in `version`; the sound begins at `frame`."""
+    def ready(self, frame: int, version: Version, root_path: str) -> str:
+        """Return the answer to `hello`, in `version`; the sound begins at `frame`. root_path: the setting."""
         voice = self.voice
         return server_messages.ready(
             {
                 "session": self.name,
-                "resume_url": resume_url(self.name),
+                "resume_url": root_path + resume_url(self.name),
                 "protocol": version.name,
                 "sample_rate": voice.sample_rate,
                 "channels": voice.channels,

@@ -28,9 +28,9 @@ def skipped(frame: int, seconds: float) -> str:
     return _text({"type": "skipped", "frame": frame, "seconds": round(seconds, 6)})
 
 
-def problem(found: Problem) -> str:
+def problem(found: Problem, root_path: str) -> str:
     """Return `problem`: the problem document, with its `type` under the name `problem`."""
-    document = found.document()
+    document = found.document(root_path)
     return _text({"type": "problem", "problem": document.pop("type"), **document})
 
 

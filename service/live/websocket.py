@@ -249,7 +249,7 @@ class LiveProtocol(asyncio.Protocol):
         self._respond(Response(refusal["status"], HTTPStatus(refusal["status"]).phrase, headers, refusal["body"]))
 
     def _reject(self, problem: Problem) -> None:
-        answer = problem.response()
+        answer = problem.response(self._state.get("root_path", ""))
         self._refuse({"status": answer.status_code, "headers": answer.raw_headers, "body": answer.body})
 
     def _respond(self, response: Response) -> None:

@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import Field, dataclass, field, fields
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 from synth.errors import Fault, InvalidRequest, shown
 
@@ -21,8 +22,17 @@ PREFIX = "RIDGEWAVE_"
 NODE_NAME = r"[A-Za-z0-9_-]{1,32}"  # no dot: in a session's id a dot ends the node's name
 
 
+OWN_PARTS = ("v1", "web", "vr", "docs", "openapi.json", "healthz", "readyz", "metrics")
+"""First parts of the service's own paths. A prefix that began with one could not be told from them."""
+ROOT_PATH = re.compile(rf"(?!/({'|'.join(map(re.escape, OWN_PARTS))})(/|$))(/(?!\.\.?(/|$))[A-Za-z0-9._~@+-]+)+")
+
+
 class SettingsError(InvalidRequest):
     """Invalid settings; the pointer of each fault is the name of an environment variable."""
+
+
+class _WithHint(ValueError):
+    """Raised by a reader that can say what to write instead."""
 
 
 def _setting(default: Any, read: Callable[[str], Any], allowed: str, sentence: str) -> Any:
@@ -93,6 +103,19 @@ def _folder(text: str) -> str:
     return str(Path(text).resolve())
 
 
+def _root_path(text: str) -> str:
+    """Return a prefix of paths. The hint of a refusal is the prefix that was probably meant, or one that works."""
+    if ROOT_PATH.fullmatch(text):
+        return text
+    parts = [part for part in urlsplit(text).path.split("/") if part not in ("", ".", "..")]
+    meant = "/" + "/".join(parts)
+    if ROOT_PATH.fullmatch(meant):
+        raise _WithHint(f"Write {meant}.")
+    if ROOT_PATH.fullmatch("/touch" + meant):
+        raise _WithHint(f"Write /touch{meant}: the service has a path /{parts[0]} itself.")
+    raise ValueError
+
+
 _HOST = r"[A-Za-z0-9._-]+|\[[0-9A-Fa-f:.]+\]"
 
 
@@ -112,6 +135,12 @@ class Settings:
         _whole(1, 64),
         "1 to 64",
         "Server processes. With more than one, renders and live connections work, but sessions of plain HTTP do not.",
+    )
+    root_path: str = _setting(
+        "",
+        _root_path,
+        "a path such as /lab/touch: letters, digits and -._~@+, no / at the end, none of the service's own paths",
+        "The path under which a proxy offers the service, in all links. A proxy may pass it on or remove it.",
     )
     node: str = _setting(
         "",
@@ -339,8 +368,8 @@ def read_settings(environment: Mapping[str, str] | None = None, **overrides: obj
             continue
         try:
             values[entry.name] = entry.metadata["read"](text.strip())
-        except ValueError:
-            faults.append(_fault(entry, text))
+        except ValueError as error:
+            faults.append(_fault(entry, text, str(error) if isinstance(error, _WithHint) else ""))
     assert not overrides, f"not settings: {', '.join(overrides)}"
     if not faults:
         settings = Settings(**values)
@@ -357,9 +386,9 @@ def as_environment(settings: Settings) -> dict[str, str]:
     return {variable(name): text for name, text in texts.items()}
 
 
-def _fault(entry: Field[Any], text: str) -> Fault:
+def _fault(entry: Field[Any], text: str, hint: str = "") -> Fault:
     value = "(not shown)" if entry.name == "api_keys" else shown(text)
-    hint = f"Leave {variable(entry.name)} unset for {default_text(entry)}."
+    hint = hint or f"Leave {variable(entry.name)} unset for {default_text(entry)}."
     return Fault(variable(entry.name), value, entry.metadata["allowed"], hint)
 
 

@@ -44,11 +44,11 @@ def _with_parent(lifespan: Callable[[FastAPI], Any]) -> Callable[[FastAPI], Any]
     """Return a `lifespan` that ends when the parent process has ended."""
 
     @asynccontextmanager
-    async def watched(app: FastAPI) -> AsyncIterator[None]:
+    async def watched(app: FastAPI) -> AsyncIterator[Any]:
         """Run the application's lifespan, and watch for the end of the parent."""
-        async with lifespan(app):
+        async with lifespan(app) as state:
             with _ended_by_parent(asyncio.get_running_loop()):
-                yield
+                yield state
 
     return watched
 

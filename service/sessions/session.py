@@ -203,7 +203,7 @@ class Session:
             "play": None if self.player is None else self.player.document(),
             "expires_in": self.expires_in(settings.session_idle),
             "heard_within": settings.lead + settings.stream_block + self._engine.live_delay,
-            "stream": f"/v1/sessions/{self.id}/stream",
+            "stream": f"{settings.root_path}/v1/sessions/{self.id}/stream",
         }
 
     async def _apply(self, batch: Sequence[Waiting]) -> None:

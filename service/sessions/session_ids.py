@@ -25,7 +25,7 @@ def new_id(node: str) -> str:
 
 
 def resume_url(session: str) -> str:
-    """Return the path and query at which a client resumes `session`."""
+    """Return the path and query at which a client resumes `session`, without a prefix of a proxy."""
     return f"/v1/live?session={quote(session, safe='')}"
 
 

@@ -16,6 +16,9 @@ CONFIGURATION, NODES = ROOT / "docs" / "nginx.conf", ROOT / "docs" / "nginx-node
 TEMPORARY = ("client_body", "proxy", "fastcgi", "uwsgi", "scgi")  # folders that nginx makes at its start
 HTTP_BLOCK = re.compile(r"^http \{$", re.M)
 LISTEN = re.compile(r"^( *)listen 80\b", re.M)
+WHOLE_HOST = re.compile(r"^        location [^\n]*\{\n.*?^        \}\n", re.M | re.S)
+UNDER_A_PATH = re.compile(r"^        # Under a path .*?\n((?:        # .*\n)+)", re.M)
+PREFIX = "/lab/touch"  # of the lines in docs/nginx.conf that are for a path of a host
 SERVICE = re.compile(r"\b127\.0\.0\.1:(80\d\d)\b")
 
 
@@ -27,6 +30,26 @@ def placed(configuration: Path, port: int, services: list[int]) -> str:
     text, blocks = HTTP_BLOCK.subn(f"http {{\n    access_log off;{folders}", text)
     assert listens == 1 and blocks == 1, f"{configuration.name} has another shape than this expects"
     return SERVICE.sub(lambda found: f"127.0.0.1:{services[int(found[1]) - 8000]}", text)
+
+
+def under_a_path(folder: Path, prefix: str, *, removed: bool) -> Path:
+    """Return a copy of docs/nginx.conf in which the service is under `prefix` alone, as its comment says.
+
+    removed: the proxy removes the prefix from what is no stream.
+    """
+    text = CONFIGURATION.read_text(encoding="utf-8")
+    found = UNDER_A_PATH.search(text)
+    assert found is not None
+    comment, lines = found[0].removesuffix(found[1]), found[1]
+    assert comment.count("\n") == 1 and PREFIX in lines
+    lines = lines[lines.index("# absolute_redirect") :].replace("        # ", "        ")
+    if removed:
+        lines = lines.replace("http://ridgewave;", "http://ridgewave/;", 1)
+    text, locations = WHOLE_HOST.subn("", text[: found.start()])
+    assert locations == 2, "the two locations of a host of its own"
+    copy = folder / "under-a-path.conf"
+    copy.write_text(text + lines.replace(PREFIX, prefix) + "    }\n}\n", encoding="utf-8")
+    return copy
 
 
 @contextmanager

@@ -37,6 +37,7 @@ BAD = [
     ("lead", "-0.1"),
     ("max_silence", "0"),
     ("max_updates", "9"),
+    ("root_path", "/a/"),
     ("node", "a.b"),
     ("resume", "-1"),
     ("slow_reader", "0.01"),
@@ -133,6 +134,7 @@ def test_workers_read_back_what_the_parent_was_told() -> None:
     environment = {
         "RIDGEWAVE_API_KEYS": "a,b",
         "RIDGEWAVE_LEAD": "0.125",
+        "RIDGEWAVE_ROOT_PATH": "/lab/touch",
         "RIDGEWAVE_TRUSTED_PROXIES": "10.0.0.0/8, ::1",
     }
     told = read_settings(environment, port=9001, workers=3)

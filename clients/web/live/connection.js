@@ -268,12 +268,12 @@ export class LiveConnection extends EventTarget {
 }
 
 /** Returns the URL at which to resume: path and query of `resumeUrl` of `ready`, on the host and behind the prefix of
- *  `url`. */
+ *  `url`. A prefix in `resumeUrl` is that of the service, RIDGEWAVE_ROOT_PATH. */
 function resumeAt(url, resumeUrl) {
   if (!resumeUrl) return url;
   const at = new URL(url, location.href);
   const reference = new URL(resumeUrl, "ws://any");
-  at.pathname = at.pathname.replace(/\/v1\/live$/, "") + reference.pathname;
+  at.pathname = at.pathname.replace(/\/v1\/live$/, "") + reference.pathname.replace(/^.*(?=\/v1\/live$)/, "");
   for (const [name, value] of reference.searchParams) at.searchParams.set(name, value);
   return at.href;
 }

@@ -105,7 +105,7 @@ async def import_texture(request: Request, parameters: Annotated[ImportParameter
     kept = await _stored(keep, found.surface, found.report["kind"], found.report, own.quota)
     await asyncio.to_thread(service.prepare_textures)
     document["scene"] = {"texture": kept.texture}
-    return JSONResponse(document, 201, NO_STORE | {"Location": f"/v1/textures/{name}"})
+    return JSONResponse(document, 201, NO_STORE | {"Location": _path_of(name, service)})
 
 
 async def _uploaded(service: Service, form: Form) -> Uploaded:
@@ -147,7 +147,8 @@ async def rename(request: Request, name: str) -> Response:
     renamed: StoredTexture | None = await _stored(own.store.rename, own.owner(request.scope.get(KEY)), name, new)
     if renamed is None:
         raise _no_texture(name)
-    return JSONResponse(entry_document(renamed), headers=NO_STORE | {"Location": f"/v1/textures/{new}"})
+    location = {"Location": _path_of(new, service_of(request))}
+    return JSONResponse(entry_document(renamed, request), headers=NO_STORE | location)
 
 
 def _new_name(text: bytes) -> str:
@@ -200,6 +201,10 @@ def _exported(service: Service, texture: StoredTexture, file_format: str) -> byt
     from synth.surfaces.measurement.exporting import exported
 
     return exported(service.textures.store.surface(texture.address), file_format)
+
+
+def _path_of(name: str, service: Service) -> str:
+    return f"{service.settings.root_path}/v1/textures/{name}"
 
 
 def _no_texture(name: str) -> Problem:

@@ -38,8 +38,9 @@ OPENED = ("text/html", "image/svg+xml")  # media types that a browser opens as a
 @router.get("/")
 async def index(request: Request) -> Response:
     """The page; without one, a redirect to /docs."""
-    if not service_of(request).settings.web:
-        return RedirectResponse("/docs", 307)
+    settings = service_of(request).settings
+    if not settings.web:
+        return RedirectResponse(f"{settings.root_path}/docs", 307)
     return await _answer(request, "index.html")
 
 

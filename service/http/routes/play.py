@@ -55,7 +55,8 @@ async def play(request: Request, session_id: str) -> Response:
     text = await read_body(request)
     session = service.sessions.find(session_id, request.scope.get(KEY))
     player = await _start(service, request.scope, session, _device(text))
-    return JSONResponse(player.document(), 202, {"Location": f"/v1/sessions/{session.id}"})
+    location = f"{service.settings.root_path}/v1/sessions/{session.id}"
+    return JSONResponse(player.document(), 202, {"Location": location})
 
 
 @router.delete(

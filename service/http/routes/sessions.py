@@ -31,7 +31,7 @@ async def create(request: Request) -> Response:
     text = await read_body(request)
     client = service.limits.caller(request.scope)
     session = await service.sessions.create(text, client, request.scope.get(KEY))
-    location = {"Location": f"/v1/sessions/{session.id}", "Cache-Control": "no-store"}
+    location = {"Location": f"{service.settings.root_path}/v1/sessions/{session.id}", "Cache-Control": "no-store"}
     return JSONResponse(session.document(service.settings), 201, location)
 
 

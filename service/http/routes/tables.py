@@ -51,7 +51,7 @@ async def make(request: Request) -> Response:
         raise Problem("closing", "The service is shutting down.")
     read = partial(service.textures.scene, text, request.scope.get(KEY))
     made = await service.solves.run(service.limits.caller(request.scope), _make_table, service.engine, read)
-    url = f"/v1/tables/{made.hash}"
+    url = f"{service.settings.root_path}/v1/tables/{made.hash}"
     document = {"hash": made.hash, "url": url, "bytes": len(made.content)} | made.document
     return JSONResponse(document, 201, {"Location": url, "Cache-Control": "no-store"})
 

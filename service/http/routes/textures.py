@@ -32,10 +32,11 @@ PICTURE: openapi.Answers = {
 }
 
 
-def entry_document(entry: CatalogueEntry | StoredTexture) -> dict[str, Any]:
+def entry_document(entry: CatalogueEntry | StoredTexture, request: Request) -> dict[str, Any]:
     """Return an entry as JSON; its `scene` is a partial scene that can be rendered or merged."""
+    root_path = service_of(request).settings.root_path
     stored = isinstance(entry, StoredTexture)
-    return entry.description() | {"picture": f"/v1/textures/{entry.name}/picture", "stored": stored}
+    return entry.description() | {"picture": f"{root_path}/v1/textures/{entry.name}/picture", "stored": stored}
 
 
 @router.get(
@@ -50,7 +51,8 @@ async def textures(request: Request) -> Response:
     """Each has its title, its group and its scenes. The entry of a single texture also has its numbers."""
     own = service_of(request).textures
     stored = await asyncio.to_thread(own.store.textures, own.owner(request.scope.get(KEY)))
-    found = [entry_document(entry) for entry in catalogue()] + [entry_document(texture) for texture in stored]
+    entries: list[CatalogueEntry | StoredTexture] = [*catalogue(), *stored]
+    found = [entry_document(entry, request) for entry in entries]
     for document in found:
         del document["numbers"]  # half of the text; a page shows those of one entry
     return JSONResponse({"textures": found})
@@ -65,7 +67,7 @@ async def textures(request: Request) -> Response:
 )
 async def texture(request: Request, name: str) -> Response:
     """One entry of the list."""
-    return JSONResponse(entry_document(await _entry(request, name)))
+    return JSONResponse(entry_document(await _entry(request, name), request))
 
 
 @router.head("/v1/textures/{name}/picture", include_in_schema=False)
