@@ -84,11 +84,11 @@ def ask(app: FastAPI, method: str, path: str, *, base: str = LOCAL, **rest: Any)
     return asyncio.run(once())
 
 
-def problem(answer: httpx.Response, status: int, kind: str) -> dict[str, Any]:
+def problem(answer: httpx.Response, status: int, kind: str, *, root_path: str = "") -> dict[str, Any]:
     """Return the problem document of `answer` after checking its shape, status and kind."""
     assert answer.headers["content-type"] == "application/problem+json", answer.text
     document: dict[str, Any] = answer.json()
-    assert (answer.status_code, document["type"]) == (status, f"/docs#problem-{kind}"), document
+    assert (answer.status_code, document["type"]) == (status, f"{root_path}/docs#problem-{kind}"), document
     assert set(document) - {"instance"} == {"type", "title", "status", "detail", "errors"}
     assert document["status"] == status
     for fault in document["errors"]:

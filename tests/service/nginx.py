@@ -17,7 +17,7 @@ TEMPORARY = ("client_body", "proxy", "fastcgi", "uwsgi", "scgi")  # folders that
 HTTP_BLOCK = re.compile(r"^http \{$", re.M)
 LISTEN = re.compile(r"^( *)listen 80\b", re.M)
 WHOLE_HOST = re.compile(r"^        location [^\n]*\{\n.*?^        \}\n", re.M | re.S)
-UNDER_A_PATH = re.compile(r"^        # Under a path .*?\n((?:        # .*\n)+)", re.M)
+UNDER_A_PATH = re.compile(r"^ +# Under a path .*?uncomment these lines\.\n((?: +# [^\n]*\n)+)", re.M | re.S)
 PREFIX = "/lab/touch"  # of the lines in docs/nginx.conf that are for a path of a host
 SERVICE = re.compile(r"\b127\.0\.0\.1:(80\d\d)\b")
 
@@ -27,7 +27,7 @@ def placed(configuration: Path, port: int, services: list[int]) -> str:
     text = configuration.read_text(encoding="utf-8")
     text, listens = LISTEN.subn(rf"\1listen 127.0.0.1:{port}", text)
     folders = "".join(f"\n    {name}_temp_path {name};" for name in TEMPORARY)
-    text, blocks = HTTP_BLOCK.subn(f"http {{\n    access_log off;{folders}", text)
+    text, blocks = HTTP_BLOCK.subn(f"http {{\n    access_log access.log;{folders}", text)
     assert listens == 1 and blocks == 1, f"{configuration.name} has another shape than this expects"
     return SERVICE.sub(lambda found: f"127.0.0.1:{services[int(found[1]) - 8000]}", text)
 
@@ -35,16 +35,15 @@ def placed(configuration: Path, port: int, services: list[int]) -> str:
 def under_a_path(folder: Path, prefix: str, *, removed: bool) -> Path:
     """Return a copy of docs/nginx.conf in which the service is under `prefix` alone, as its comment says.
 
-    removed: the proxy removes the prefix from what is no stream.
+    removed: the proxy removes the prefix.
     """
     text = CONFIGURATION.read_text(encoding="utf-8")
     found = UNDER_A_PATH.search(text)
     assert found is not None
-    comment, lines = found[0].removesuffix(found[1]), found[1]
-    assert comment.count("\n") == 1 and PREFIX in lines
-    lines = lines[lines.index("# absolute_redirect") :].replace("        # ", "        ")
+    lines = re.sub(r"^( +)# ", r"\1", found[1], flags=re.M)
+    assert lines.count(PREFIX) >= 2
     if removed:
-        lines = lines.replace("http://ridgewave;", "http://ridgewave/;", 1)
+        lines = lines.replace("proxy_pass ", f"rewrite ^{PREFIX}(/.*)$ $1 break; proxy_pass ")
     text, locations = WHOLE_HOST.subn("", text[: found.start()])
     assert locations == 2, "the two locations of a host of its own"
     copy = folder / "under-a-path.conf"
@@ -54,7 +53,10 @@ def under_a_path(folder: Path, prefix: str, *, removed: bool) -> Path:
 
 @contextmanager
 def nginx(folder: Path, *services: int, configuration: Path = CONFIGURATION) -> Iterator[int]:
-    """Yield the port of an nginx that runs `configuration` in front of the services on these ports."""
+    """Yield the port of an nginx that runs `configuration` in front of the services on these ports.
+
+    It logs each request, when it has ended, to the file access.log in `folder`.
+    """
     command = program("nginx", "nginx")
     with socket.create_server(("127.0.0.1", 0)) as free:
         port = int(free.getsockname()[1])

@@ -25,11 +25,21 @@ AGAIN = 3  # times: a call that goes to any node meets the right one every secon
 
 @dataclass
 class House:
-    """Two nodes, the port of the nginx in front of them, and a client of it."""
+    """Two nodes, the nginx in front of them, and a client of it. host: its address. root_path: of the nodes."""
 
     nodes: dict[str, Child]
-    url: str
+    host: str
+    root_path: str
     client: httpx.Client
+
+    @property
+    def url(self) -> str:
+        """The address of the service."""
+        return self.host + self.root_path
+
+    def gone(self, path: str) -> str:
+        """Return what the answer tells of a session that is not there."""
+        return str(problem(self.client.get(path), 404, "not-found", root_path=self.root_path)["detail"])
 
     def opened(self) -> dict[str, str]:
         """Return the id of a new session on each node."""
@@ -42,17 +52,19 @@ class House:
         raise AssertionError(f"sessions are opened on {list(found)} alone")
 
 
-@pytest.fixture(scope="module")
-def house(tmp_path_factory: pytest.TempPathFactory) -> Iterator[House]:
+@pytest.fixture(scope="module", params=["", "/lab/touch"], ids=["a host", "a path"])
+def house(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[House]:
     with ExitStack() as stack:
         nodes = {}
         for name in ("a", "b"):
-            nodes[name] = Child("tests.service.serve_plain", tmp_path_factory.mktemp(name), RIDGEWAVE_NODE=name)
+            variables = {"RIDGEWAVE_NODE": name, "RIDGEWAVE_ROOT_PATH": request.param}
+            nodes[name] = Child("tests.service.serve_plain", tmp_path_factory.mktemp(name), **variables)
             stack.callback(nodes[name].end)
         ports = [int(httpx.URL(node.url()).port or 0) for node in nodes.values()]
         port = stack.enter_context(nginx(tmp_path_factory.mktemp("nginx"), *ports, configuration=NODES))
-        url = f"http://127.0.0.1:{port}"
-        yield House(nodes, url, stack.enter_context(httpx.Client(base_url=url, timeout=PATIENCE)))
+        host = f"http://127.0.0.1:{port}"
+        client = httpx.Client(base_url=host + request.param, timeout=PATIENCE)
+        yield House(nodes, host, request.param, stack.enter_context(client))
 
 
 def test_a_session_is_changed_heard_played_and_deleted_on_its_node(house: House) -> None:
@@ -67,7 +79,7 @@ def test_a_session_is_changed_heard_played_and_deleted_on_its_node(house: House)
         assert house.client.delete(f"{path}/play").json()["failure"] is None
         assert house.client.delete(path).status_code == 204
         for _ in range(AGAIN):
-            problem(house.client.get(path), 404, "not-found")
+            house.gone(path)
 
 
 def test_a_live_stream_is_resumed_on_its_node_by_the_url_of_ready(house: House) -> None:
@@ -77,7 +89,7 @@ def test_a_live_stream_is_resumed_on_its_node_by_the_url_of_ready(house: House) 
             ready = client.hello(pacing="realtime")
             first = client.frames(960)
             client.break_off()
-        with live(house.url, path=ready["resume_url"]) as again:
+        with live(house.host, path=ready["resume_url"]) as again:
             kept = len(first) - 480
             assert again.hello(resume={"session": ready["session"], "frame": kept})["frame"] == kept
             np.testing.assert_array_equal(again.frames(480)[:480], first[kept:])
@@ -142,7 +154,7 @@ def test_the_sessions_of_a_node_that_is_down_are_gone_and_new_ones_open_elsewher
         assert nodes["b"].gaps == (480,) and nodes["b"].session.startswith("a.")
         assert nodes["a"].gaps == () and nodes["a"].reconnections == 0
     for _ in range(AGAIN):
-        told = problem(house.client.get(f"/v1/sessions/{sessions['b']}"), 404, "not-found")["detail"]
+        told = house.gone(f"/v1/sessions/{sessions['b']}")
         assert "of the node b, and this is the node a" in told
         assert house.client.get(f"/v1/sessions/{sessions['a']}").status_code == 200
         assert house.client.post("/v1/sessions", json={}).json()["id"].startswith("a.")
