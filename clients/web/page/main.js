@@ -79,6 +79,7 @@ export async function begin() {
     },
     state,
     session,
+    views,
   };
   state.begin(actions.linked() ?? START_SCENE);
 }

@@ -3,7 +3,7 @@
 Model: a finger is opened when a pointer needs it, stays open, and serves the next pointer. All fingers have the same
 scene. A change of what is fixed for a stream (rate, channels, quantity, full scale) opens new streams.
 Limits: at most MOST_FINGERS at once; one in a recording.
-Events: "state" {state}, "player" {player}, "block" {ready, samples, finger}, "ready" {ready}, "problem" {problem,
+Events: "state" {state}, "player" {player}, "block" {ready, samples, unlimited, finger}, "ready" {ready}, "problem" {problem,
 sentence}, "limited" {reduction} in dB. */
 
 import { Finger } from "../hand/finger.js";
