@@ -106,8 +106,9 @@ export class Spectrum {
     const seen = this.levels
       .filter(([frequency]) => frequency >= 40 && frequency <= across.high)
       .map(([, level]) => level);
-    const top = Math.max(this.fullScale, largest, 2 * Math.min(...seen.filter((level) => level > 0), Infinity) || 0);
-    const wanted = 10 ** Math.ceil(Math.log10(Number.isFinite(top) ? top : this.fullScale));
+    const felt = 2 * Math.min(...seen.filter((level) => level > 0), Infinity);
+    const top = Math.max(this.fullScale, largest, Number.isFinite(felt) ? felt : 0);
+    const wanted = 10 ** Math.ceil(Math.log10(top));
     const now = performance.now();
     if (wanted >= this.#top.high || now - this.#top.since > SHRINK_AFTER) this.#top = { high: wanted, since: now };
     const { high } = this.#top;
