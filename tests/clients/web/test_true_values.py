@@ -144,3 +144,39 @@ def test_after_a_lift_the_last_burst_is_gone(quiet_page: Page) -> None:
     marks, drawn = quiet_page.evaluate(AT_REST)
     full = quiet_page.evaluate("() => ridgewave.fingers[0].connection.ready.full_scale[0]")
     assert marks == 0 and drawn["range"] >= full
+
+
+FELT = {"texture": {"kind": "grating", "period": "1 mm", "height": "30 um"}, "output": {"full_scale": 0.2}}
+RUMBLE = """async () => {
+  window.played = [];
+  const pad = {id: "a pad", index: 0, vibrationActuator: {effects: ["dual-rumble"],
+    playEffect: async (kind, {strongMagnitude}) => { played.push(strongMagnitude); }}};
+  navigator.getGamepads = () => [pad];
+  dispatchEvent(new Event("gamepadconnected"));
+  const {MotorStrength} = await import("/web/motors/strength.js");
+  const {sample_rate: rate, quantities, full_scale: fullScale} = ridgewave.fingers[0].connection.ready;
+  const how = {rate, quantities, fullScale, threshold: ridgewave.views.threshold};
+  const [before, after] = [new MotorStrength(how), new MotorStrength(how)];
+  window.strengths = {before: [0], after: [0]};
+  ridgewave.session.addEventListener("block", ({detail}) => {
+    strengths.before.push(...before.push(detail.unlimited));
+    strengths.after.push(...after.push(detail.samples));
+  });
+}"""
+
+
+def test_motors_play_the_strength_before_the_limiter(kept_touch_page: Page, service: Running) -> None:
+    page = kept_touch_page
+    with visited(page, service.url + link_to(FELT)):
+        loaded(page)
+        started(page)
+        page.wait_for_function("() => ridgewave.views.threshold !== null")
+        page.evaluate(RUMBLE)
+        page.evaluate("() => { document.querySelector('#devices').open = true; }")
+        page.check("#rumble")
+        page.click("#stroke")
+        page.wait_for_function("() => played.length > 20 && strengths.before.length > 60")
+        played, strengths = page.evaluate("() => [played, strengths]")
+        page.click("#stroke")
+    assert max(played) > max(strengths["after"]) + 0.1
+    assert max(played) <= max(strengths["before"]) + 0.05, "to the phase of the spans of 10 ms"
