@@ -53,6 +53,7 @@ export class Spectrum {
   /** Shows silence: the sound has ended. */
   rest() {
     this.#kept.fill(0);
+    this.#top.high = 0;
     this.panel.request();
   }
 

@@ -57,6 +57,7 @@ export class Waveform {
     this.#kept.fill(0);
     this.#before = null;
     this.#level = 0;
+    this.#magnified = { by: 1, since: performance.now() };
     this.panel.request();
   }
 

@@ -214,6 +214,11 @@ def test_what_exceeds_the_full_scale_fits_the_axes(pictures: Page, times: float)
         assert highest == pytest.approx(1e-4 * times, rel=1e-3)
         assert highest <= drawn["range" if name == "waveform" else "high"] <= 30e-4 * times
     label_of(pictures, "waveform", "to which the sound is limited")
+    for name in ("waveform", "spectrum"):
+        pictures.evaluate("(name) => views.drawn(views[name].panel, () => views[name].rest())", name)
+    drawn = pictures.evaluate("() => [views.waveform.drawn, views.spectrum.drawn]")
+    assert drawn[0]["range"] == pytest.approx(1.12e-4) and not any(drawn[0]["values"])
+    assert drawn[1]["largest"]["amplitude"] == 0 and drawn[1]["high"] <= 1.001e-4
 
 
 def test_the_axis_of_the_spectrum_returns_when_the_excess_is_over(pictures: Page) -> None:
