@@ -98,6 +98,10 @@ class HandVoice(LiveVoice, Protocol):
         """Return the smallest permitted load, in newtons: 0 without adhesion."""
 
     @property
+    def before_limiter(self) -> Block | None:
+        """Return the last block before the limiter; None where the limiter did not act."""
+
+    @property
     def over_area(self) -> bool:
         """Return whether updates can lead the finger over an area and turn it."""
 

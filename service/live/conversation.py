@@ -308,7 +308,11 @@ class Conversation:
             return []
         if self.phase is Phase.ENDING:
             return self._last_block(stream, pcm, frames)
-        messages: list[str | bytes] = [*stream.notices(self.position, self.version), pcm]
+        messages: list[str | bytes] = [
+            *stream.notices(self.position, self.version),
+            *stream.before_limiter(self.position, frames),
+            pcm,
+        ]
         if skipped := self.pace.take_skipped():
             messages.insert(0, server_messages.skipped(self.position, skipped))
         self.position += frames

@@ -8,9 +8,12 @@ Limits: one thread or task at a time uses a stream (`VoiceStream.turn`).
 from __future__ import annotations
 
 import json
+from bisect import bisect_right
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -26,6 +29,7 @@ from service.operations.metrics import Metrics
 from service.sessions.fixed_output import open_pinned
 from service.sessions.session_ids import resume_url
 from service.sessions.voice_stream import VoiceStream
+from synth.encode.formats import Block
 from synth.encode.samples import SoundFormat, block_bytes
 from synth.motion.motion import Update
 from synth.scene.scene import Scene, parse_scene
@@ -46,11 +50,12 @@ class Options:
     block: int | None = None
     pacing: str = "pull"
     record: bool = False
+    before_limiter: bool = False
 
     @classmethod
     def of(cls, hello: Mapping[str, Any]) -> Options:
         """Return the options of the message `hello`."""
-        asked = {name: hello[name] for name in ("format", "pacing", "record") if name in hello}
+        asked = {name: hello[name] for name in ("format", "pacing", "record", "before_limiter") if name in hello}
         return cls(**asked, block=None if hello.get("block") is None else int(hello["block"]))
 
 
@@ -74,6 +79,9 @@ class LiveStream(VoiceStream):
         longest, frame_bytes = max(self.block, self.fade_frames), voice.channels * self._samples.bytes_per_sample
         self.replay = ReplayBuffer(kept_frames(self.rate, longest, frame_bytes), frame_bytes)
         self._sending_bytes = longest * (voice.channels * 4 + frame_bytes)
+        self._before_limiter: deque[tuple[int, Block]] = deque()  # (frame, block) of the kept sound, where it acted
+        if options.before_limiter:
+            self._sending_bytes += self.replay.size // self._samples.bytes_per_sample * 4
         self.max_silence = max_silence
         self.hand = Hand.of(voice)
         self.counts = StreamCounts()
@@ -129,6 +137,10 @@ class LiveStream(VoiceStream):
         block = self._latest = self.voice.render(frames)
         pcm = block_bytes(block, self._samples)
         self.replay.keep(pcm)
+        if self.options.before_limiter and self.voice.before_limiter is not None:
+            self._before_limiter.append((first, self.voice.before_limiter))
+            while self._before_limiter[0][0] + len(self._before_limiter[0][1]) <= self.replay.begin:
+                self._before_limiter.popleft()
         reduction = self.voice.reduction_db
         if reduction > LEAST_REDUCTION_DB:
             self._reduced(first, frames, reduction)
@@ -157,6 +169,18 @@ class LiveStream(VoiceStream):
             self._changed = False
             self.hand = Hand.of(self.voice)
             messages.append(server_messages.scene(frame, self._scene_fields(version)))
+        return messages
+
+    def before_limiter(self, frame: int, frames: int) -> list[str]:
+        """Return the messages that hold the next `frames` as they were before the limiter, where it acted."""
+        blocks, end, messages = self._before_limiter, frame + frames, []
+        newest_before = bisect_right(blocks, frame, key=lambda kept: kept[0]) - 1
+        for first, block in islice(blocks, max(0, newest_before), None):
+            if first >= end:
+                break
+            part = block[max(0, frame - first) : end - first]
+            if len(part):
+                messages.append(server_messages.before_limiter(max(first, frame), part))
         return messages
 
     def recording(self) -> bytes:

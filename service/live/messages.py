@@ -90,6 +90,11 @@ _HELLO = {
     "block": _whole(SMALLEST_BLOCK, LARGEST_BLOCK, "Frames of one binary message; default 10 ms.", "frames"),
     "pacing": _choice(PACINGS, "Blocks are sent by the client's credit, or by the server's clock.", default="pull"),
     "record": {"type": "boolean", "description": "Keep a recording of the session.", "default": False},
+    "before_limiter": {
+        "type": "boolean",
+        "description": "Send what the limiter reduced also as it was before the limiter.",
+        "default": False,
+    },
     "resume": _RESUME,
 }
 _CONTACT = {
@@ -177,6 +182,11 @@ _SERVER: Mapping[str, dict[str, Any]] = {
         "limited",
         "The safety limiter acted: the largest reduction since the last such message.",
         {"frame": _FRAME, "gain_reduction_db": {"type": "number", "minimum": 0.0}},
+    ),
+    "before_limiter": _message(
+        "before_limiter",
+        "Samples of the next block before the limiter, where it acted. Only if `hello` asked for them.",
+        {"frame": _FRAME, "samples": _TEXT | {"description": "Base64 of float32, little-endian, interleaved."}},
     ),
     "skipped": _message(
         "skipped",

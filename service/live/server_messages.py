@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import base64
 import json
 from typing import Any
 
+import numpy as np
+
 from service.problems import Problem
+from synth.encode.formats import Block
 
 
 def applied(seq: int, frame: int) -> str:
@@ -21,6 +25,12 @@ def scene(frame: int, fields: dict[str, Any]) -> str:
 def limited(frame: int, gain_reduction_db: float) -> str:
     """Return `limited`: the largest reduction, in the block at `frame`."""
     return _text({"type": "limited", "frame": frame, "gain_reduction_db": round(gain_reduction_db, 3)})
+
+
+def before_limiter(frame: int, block: Block) -> str:
+    """Return `before_limiter`: the sound from `frame` on, before the limiter. A sample that is not finite becomes 0."""
+    samples = base64.b64encode(np.where(np.isfinite(block), block, 0.0).astype("<f4").tobytes()).decode("ascii")
+    return f'{{"type":"before_limiter","frame":{frame},"samples":"{samples}"}}'
 
 
 def skipped(frame: int, seconds: float) -> str:

@@ -190,6 +190,11 @@ class Limiter:
         """Number of input frames with a sample that is not finite, which is a bug upstream. They became silence."""
         return int(self._numbers[NOT_FINITE])
 
+    @property
+    def pending(self) -> Block:
+        """A copy of the next frames of the output [ahead, channels], before their gain."""
+        return self._pending.copy()
+
     def take_reduction(self) -> float:
         """Return the largest gain reduction (dB) since the last call, or 0."""
         lowest = self._numbers.item(LOWEST)

@@ -57,6 +57,7 @@ class LiveVoice:
     exact: tables are made to the scene's tolerance, which takes seconds.
     sample_rate, channels, quantities, full_scale: as of a voice; they do not change.
     reduction_db: the largest gain reduction (dB) of the limiter in the last block.
+    before_limiter: the last block before the limiter; None where the limiter did not act.
     """
 
     def __init__(self, scene: Scene, *, cache: ResponseCache | None = None, exact: bool = False) -> None:
@@ -78,6 +79,7 @@ class LiveVoice:
         self._rise = RAMP_TIME
         self._held = 0  # frames before the gain begins to move
         self.reduction_db = 0.0
+        self.before_limiter: Block | None = None
         self._released = False
         self.frame = 0
 
@@ -120,14 +122,17 @@ class LiveVoice:
         """Return the next `frames` frames, float32 [frames, channels], within -1..1."""
         self.frame += frames
         if self.finished:
+            self.before_limiter = None
             return np.zeros((frames, self.channels), dtype=np.float32)
         if not self._primed:
             self._primed = True
             self._limiter.process(self._unlimited(self._ahead))  # discarded, so that the output is not late
-        block = self._unlimited(frames)
-        self._limiter.process_into(block, block)
+        late, block = self._limiter.pending, self._unlimited(frames)
+        out = np.empty_like(block)
+        self._limiter.process_into(block, out)
         self.reduction_db = self._limiter.take_reduction()
-        return block
+        self.before_limiter = np.concatenate((late, block))[:frames] if self.reduction_db else None
+        return out
 
     def _unlimited(self, frames: int) -> Block:
         """Return the next frames before the limiter, whose output is `_ahead` frames behind them."""

@@ -81,6 +81,7 @@ class PlainHand:
         self.full_scale = tuple(channel.full_scale or FULL_SCALE for channel in scene.output.channel_list)
         self.frame = 0
         self.reduction_db = 0.0
+        self.before_limiter: Block | None = None
         self.applied = Applied()
         self.fails: Exception | None = None
         self.gate: threading.Event | None = None

@@ -16,6 +16,7 @@ class ZeroHand(PlainLive):
 
     finished = False
     reduction_db = 0.0
+    before_limiter = None
     motion_delay = 0.0
     lowest_load = 0.0
     over_area = False

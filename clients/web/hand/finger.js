@@ -59,7 +59,7 @@ export class Finger extends EventTarget {
     this.scene = new StreamScene(this.connection, scene, () => this.#scenePending());
   }
 
-  /** Connects; returns the document of `ready`. Throws if the stream ends before. */
+  /** Connects; returns the document of `ready`. Throws an Error with `problem` (null: none) if the stream ends before. */
   async open() {
     const { connection } = this;
     connection.addEventListener("ready", ({ detail }) => this.#begin(detail.ready));
@@ -69,7 +69,7 @@ export class Finger extends EventTarget {
     connection.addEventListener("ended", () => this.#rest());
     const opened = new Promise((resolve, reject) => {
       connection.addEventListener("ready", ({ detail }) => resolve(detail.ready), { once: true });
-      connection.addEventListener("ended", ({ detail }) => reject(new Error(whyEnded(detail))), { once: true });
+      connection.addEventListener("ended", ({ detail }) => reject(refusalOf(detail)), { once: true });
     });
     for (const type of EVENTS) {
       connection.addEventListener(type, ({ detail }) => this.dispatchEvent(new CustomEvent(type, { detail })));
@@ -254,6 +254,10 @@ export class Finger extends EventTarget {
 /** Returns why a stream ended, as a sentence. Takes the detail of the event "ended". */
 export function whyEnded({ reason, problem }) {
   return problem?.detail ?? `The live stream ended: ${reason}.`;
+}
+
+function refusalOf(detail) {
+  return Object.assign(new Error(whyEnded(detail)), { problem: detail.problem ?? null });
 }
 
 function pause(milliseconds) {

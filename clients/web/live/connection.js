@@ -6,7 +6,8 @@ was restarted, or the break was too long), a new session is opened with the same
 begin at 0, and the event "ready" has `renewed`. At most one contact update waits; a newer one replaces it. It is sent
 before the next credit. A contact with x and y is sent as a position where the texture is along a line, or the service
 speaks only version 1 of the protocol.
-Events (CustomEvent, `detail`): ready {ready, renewed}, block {frame, samples}, applied {seq, frame}, scene {frame, plan},
+Where the limiter acted, `unlimited` of a block holds its samples before the limiter; elsewhere it is `samples`.
+Events (CustomEvent, `detail`): ready {ready, renewed}, block {frame, samples, unlimited}, applied {seq, frame}, scene {frame, plan},
 refused {problem} for a change of the scene, limited {frame, gain_reduction_db}, problem {problem}, broken {tries},
 resumed {frame}, ended {reason, problem, frame}.
 Limits: samples are read in the byte order of the machine, which is little-endian wherever browsers run. A refused
@@ -47,6 +48,7 @@ export class LiveConnection extends EventTarget {
   #sentAt = 0;
   #receivedAt = 0;
   #applied = -1;
+  #before = []; // messages `before_limiter` of the next block
   #tries = 0;
   #problem = null; // the last problem on this socket
   #end = null; // reason of `end` on this socket
@@ -112,6 +114,7 @@ export class LiveConnection extends EventTarget {
 
   #connect() {
     this.#problem = this.#end = null;
+    this.#before = [];
     this.#attached = false;
     this.#receivedAt = now();
     const socket = this.open(this.#opensSession ? this.url : resumeAt(this.url, this.ready.resume_url));
@@ -130,7 +133,7 @@ export class LiveConnection extends EventTarget {
   #hello() {
     if (!this.#opensSession) return { type: "hello", resume: { session: this.ready.session, frame: this.frame } };
     const { scene, block, record } = this;
-    return { type: "hello", scene, format: "f32le", block, pacing: "pull", record };
+    return { type: "hello", scene, format: "f32le", block, pacing: "pull", record, before_limiter: true };
   }
 
   #receive(message) {
@@ -143,6 +146,7 @@ export class LiveConnection extends EventTarget {
     if (document.type === "ready") this.#begin(document);
     else if (document.type === "problem") this.#note({ ...document, type: document.problem });
     else if (document.type === "end") this.#end = document.reason;
+    else if (document.type === "before_limiter") this.#before.push(document);
     else {
       if (document.type === "applied") this.#applied = document.seq;
       if (document.type === "scene") {
@@ -159,7 +163,18 @@ export class LiveConnection extends EventTarget {
     this.frame += frames;
     this.outstanding = Math.max(0, this.outstanding - frames); // the fade at the end comes without credit
     this.#tries = 0;
-    this.#dispatch("block", { frame, samples });
+    this.#dispatch("block", { frame, samples, unlimited: this.#unlimited(samples) });
+  }
+
+  /** Returns the block `samples`, which begins at the last `frame`, as it was before the limiter. */
+  #unlimited(samples) {
+    if (!this.#before.length) return samples;
+    const { channels } = this.ready;
+    const first = this.frame - samples.length / channels;
+    const unlimited = samples.slice();
+    for (const { frame, samples: text } of this.#before) unlimited.set(floatsOf(text), (frame - first) * channels);
+    this.#before = [];
+    return unlimited;
   }
 
   #begin(ready) {
@@ -276,6 +291,11 @@ function resumeAt(url, resumeUrl) {
   at.pathname = at.pathname.replace(/\/v1\/live$/, "") + reference.pathname.replace(/^.*(?=\/v1\/live$)/, "");
   for (const [name, value] of reference.searchParams) at.searchParams.set(name, value);
   return at.href;
+}
+
+/** Returns the float32 numbers in base64 `text`. */
+function floatsOf(text) {
+  return new Float32Array(Uint8Array.from(atob(text), (byte) => byte.charCodeAt(0)).buffer);
 }
 
 function now() {

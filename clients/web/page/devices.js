@@ -84,7 +84,7 @@ export class Devices {
   }
 
   /** Plays the strength of the first finger that touches, as the views show it. */
-  #rumble({ samples, ready, finger }) {
+  #rumble({ unlimited, ready, finger }) {
     const { session } = this;
     if (!byId("rumble").checked || !this.motors) return;
     if (finger !== (session.fingers.find(({ touching }) => touching) ?? session.fingers[0])) return;
@@ -94,6 +94,6 @@ export class Devices {
       const of = new this.MotorStrength({ rate, quantities, fullScale, threshold });
       this.#strength = { ready, threshold, of };
     }
-    this.motors.push(this.#strength.of.push(samples));
+    this.motors.push(this.#strength.of.push(unlimited));
   }
 }

@@ -5,7 +5,7 @@ stays until there are new streams or a new scene. A full scale is fixed for a st
 the same hands. If the scene names a full scale, "Rescale" removes it, so that the automatic one applies. */
 
 import { byId, whileDisabled } from "../dom.js";
-import { withField } from "../scene/merge.js";
+import { withFullScales } from "../scene/merge.js";
 import { showQuantity } from "../scene/units.js";
 import { quantityOf } from "../scene/quantities.js";
 
@@ -40,11 +40,5 @@ const asText = ({ full_scale: value, quantity }) => showQuantity(value, quantity
 /** Returns `scene` without its full scales; null if it has none. */
 function withoutScale(scene) {
   const { full_scale: scale, channels } = scene.output ?? {};
-  if (scale) return withField(scene, ["output", "full_scale"], undefined);
-  if (!channels?.some(({ full_scale: one }) => one)) return null;
-  return withField(
-    scene,
-    ["output", "channels"],
-    channels.map(({ quantity }) => ({ quantity })),
-  );
+  return scale || channels?.some(({ full_scale: one }) => one) ? withFullScales(scene, null) : null;
 }

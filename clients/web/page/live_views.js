@@ -1,7 +1,7 @@
 /* The views of the pad page: the texture on the pad, waveform and spectrum of the sound, and the contact from the side.
 
 Model: texture and contact come from `POST /v1/picture` for the newest scene. Waveform and spectrum show the finger that
-touched first. Harmonics are marked at multiples of speed / period.
+touched first, before the safety limiter. Harmonics are marked at multiples of speed / period.
 Limits: the contact is drawn at the load of the scene, not at that of a pen. */
 
 import { byId } from "../dom.js";
@@ -15,6 +15,8 @@ const POINTS = 768; // heights per profile: about one per pixel; more only costs
 const AREA = 128; // heights per side of an area; more only cost transfer
 const PHASES = 64; // per period; height and patches are interpolated between them
 const SILENCE = 480; // frames
+const STILL = 150; // ms without a move until a finger counts as resting: no frequency belongs to its speed
+const ENDED = 200; // ms without sound after a lift until the views show silence; blocks come every 60 ms at most
 const HARMONICS = 12; // marked; more hide the spectrum
 
 export class LiveViews {
@@ -24,6 +26,8 @@ export class LiveViews {
   #thresholdName = null;
   #period = null; // m, of the texture on the pad
   #heardPeriod = null; // m, of the texture that is heard
+  #still = 0; // timer until the finger rests
+  #ended = 0; // timer until the sound has ended
 
   constructor({ session, pad }) {
     Object.assign(this, { session, pad });
@@ -67,6 +71,9 @@ export class LiveViews {
     const all = [...touches.values()].filter(({ position }) => position !== undefined);
     const across = (y) => 0.5 - y / (this.surface.metresPerPixel * this.surface.panel.height);
     this.surface.touch(all.map(({ position, y = 0 }) => ({ position, across: across(y) })));
+    clearTimeout(this.#still);
+    if (all.length) this.#still = setTimeout(() => this.spectrum.mark([]), STILL);
+    else this.spectrum.mark([]);
     if (!all.length || !this.#period) return;
     this.#heardPeriod ??= this.#period;
     const [{ position, speed }] = all;
@@ -86,12 +93,21 @@ export class LiveViews {
     this.spectrum.threshold(this.threshold);
   }
 
-  #hear({ samples, ready, finger }) {
+  #hear({ unlimited: samples, ready, finger }) {
     if (finger !== (this.session.fingers.find(({ touching }) => touching) ?? this.session.fingers[0])) return;
     const { channels, quantities, full_scale: scale, sample_rate: rate } = ready;
     const one = channels === 1 ? samples : samples.filter((_, index) => index % channels === 0);
     byId("waveform").closest(".views").classList.add("live");
+    clearTimeout(this.#ended);
+    this.#ended = setTimeout(() => this.#rest(), ENDED);
     this.#draw(one, scale[0], quantities[0], rate);
+  }
+
+  /** Shows silence, once no finger sounds any more: the service sends no blocks of silence. */
+  #rest() {
+    const sounds = this.session.fingers.some(({ touching, connection }) => touching && connection.state === "live");
+    if (sounds) this.#ended = setTimeout(() => this.#rest(), ENDED);
+    else for (const view of [this.waveform, this.spectrum]) view.rest();
   }
 
   /** Draws silence before the sound begins: the first drawing is slow and would interrupt the sound. */

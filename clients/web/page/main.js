@@ -19,6 +19,7 @@ import { Recorder } from "./recorder.js";
 import { TouchSession } from "./touch_session.js";
 import { LiveViews } from "./live_views.js";
 import { Pad } from "./pad.js";
+import { wireTrueRatio } from "./true_ratio.js";
 import { wireTextureMenu } from "./texture_menu.js";
 import { TextureList } from "../textures/texture_list.js";
 import { SceneActions } from "./scene_actions.js";
@@ -47,7 +48,7 @@ export async function begin() {
   views.scale(pad.metresPerPixel);
   const textures = new TextureList(listed.textures);
   wireTextureMenu({ state, textures, tell });
-  const actions = new SceneActions({ state, form, textures, tell });
+  const actions = new SceneActions({ state, form, textures, session, tell });
   const recorder = new Recorder({ session, pad, tell, show: (scene) => state.take(scene) });
   let first = true;
   const plan = new PlanSection({
@@ -67,6 +68,7 @@ export async function begin() {
   });
   new Devices({ session, views, tell });
   wireLimiter({ session, state, tell, onRescaled: () => recorder.renewed() });
+  wireTrueRatio({ session, state, tell });
   wireHeader(session, { onStop: () => pad.release() });
   session.addEventListener("problem", ({ detail }) => refused(form, detail));
   follow({ form, state, session, views, plan, recorder, stale });
@@ -79,6 +81,7 @@ export async function begin() {
     },
     state,
     session,
+    views,
   };
   state.begin(actions.linked() ?? START_SCENE);
 }
@@ -93,6 +96,7 @@ function makeTable({ scene, simulated }) {
 /** Passes changes of the scene on to the parts of the page, and marks those that are not updated yet. */
 function follow({ form, state, session, views, plan, recorder, stale }) {
   let [resting, sending, shown] = [0, 0, null];
+  let another = false; // texture or scene was chosen since the last change of the streams
   let away = false; // the service did not answer the last request for a picture
   const markSound = () => {
     const unsent = session.player && !sameSound(state.scene, session.scene);
@@ -102,7 +106,9 @@ function follow({ form, state, session, views, plan, recorder, stale }) {
   const send = async () => {
     sending = 0;
     const before = session.player;
-    const renewed = await session.take(state.scene).catch((error) => tell(error.message));
+    const chosen = another;
+    another = false;
+    const renewed = await session.take(state.scene, chosen).catch((error) => tell(error.message));
     markSound();
     if (!renewed) return;
     recorder.renewed();
@@ -128,7 +134,8 @@ function follow({ form, state, session, views, plan, recorder, stale }) {
     }
   };
   session.addEventListener("state", markSound);
-  state.addEventListener("change", ({ detail: { scene, fixed, settled } }) => {
+  state.addEventListener("change", ({ detail: { scene, fixed, chosen, settled } }) => {
+    another ||= chosen;
     if (!same(scene, shown)) {
       for (const part of ["picture", "plan"]) stale.set(part, "pending");
       clearTimeout(resting);

@@ -13,6 +13,7 @@ import { ScanSlider } from "./scan_slider.js";
 
 const PIXEL = 0.0254 / 96; // m
 const KEY_STEP = 8; // ms between contact updates of the arrow keys
+const SPEED_TIME = 0.036; // s over which the shown speed is averaged; shorter follows the jitter of pointers
 const LOAD_FACTOR = 1.25; // of + and -
 const [LOAD, SPEED] = [0.3, 0.08]; // N and m/s, defaults of a scene
 const MOST_LOAD = 1000; // N, limit of the service
@@ -98,8 +99,11 @@ export class Pad {
   move(id, contact) {
     const last = this.touches.get(id);
     const elapsed = last ? contact.time - last.time : 0;
+    const kept = Math.exp(-elapsed / SPEED_TIME);
     const speed =
-      elapsed > 0 ? 0.8 * last.speed + (0.2 * (contact.position - last.position)) / elapsed : (last?.speed ?? 0);
+      elapsed > 0
+        ? kept * last.speed + ((1 - kept) * (contact.position - last.position)) / elapsed
+        : (last?.speed ?? 0);
     this.touches.set(id, { ...contact, speed });
     this.session.move(id, contact);
     this.element.classList.add("touched");

@@ -8,9 +8,9 @@ import { callBinary } from "../service.js";
 import { save, saveText } from "./download.js";
 
 export class SceneActions {
-  /** state: the SceneState. form: the Form. textures: the TextureList. tell(sentence). */
-  constructor({ state, form, textures, tell }) {
-    Object.assign(this, { state, form, textures, tell });
+  /** state: the SceneState. form: the Form. textures: the TextureList. session: the TouchSession. tell(sentence). */
+  constructor({ state, form, textures, session, tell }) {
+    Object.assign(this, { state, form, textures, session, tell });
     state.addEventListener("change", ({ detail }) => this.#note(detail));
     this.#on("undo", () => state.undo() && tell("Undone."));
     this.#on("redo", () => state.redo() && tell("Redone."));
@@ -37,7 +37,7 @@ export class SceneActions {
 
   #follow() {
     const scene = this.linked();
-    if (scene) this.state.take(scene);
+    if (scene) this.state.take(scene, true, true);
   }
 
   #on(id, action) {
@@ -91,7 +91,17 @@ export class SceneActions {
     this.tell("Rendering the WAV.");
     const answer = await callBinary("POST", "/v1/render?format=wav", this.state.scene);
     save(await answer.blob(), "touch.wav");
-    this.tell(answer.headers.get("Ridgewave-Warning") ?? "The WAV is ready.");
+    this.tell(["The WAV is ready.", this.#levelOf(answer), answer.headers.get("Ridgewave-Warning") ?? ""].join(" "));
+  }
+
+  /** Returns how loud a file is beside what was heard, as a sentence; "" if nothing was. */
+  #levelOf({ headers }) {
+    const heard = this.session.fingers[0]?.connection.ready?.full_scale[0];
+    const written = Number(headers.get("Ridgewave-Full-Scale")?.split(",")[0]);
+    if (!heard || !written) return "";
+    const gain = Number((20 * Math.log10(heard / written)).toFixed(1));
+    if (!gain) return "It is as loud as what you heard.";
+    return `It is ${Math.abs(gain)} dB ${gain > 0 ? "louder" : "quieter"} than what you heard.`;
   }
 
   async #read() {
@@ -106,7 +116,8 @@ export class SceneActions {
     }
     if (typeof scene !== "object" || scene === null || Array.isArray(scene))
       return this.tell("This file does not contain a scene. Choose a JSON file with a scene or a recording.");
-    this.state.take(this.textures.withAddress(scene.format === "ridgewave-recording" ? scene.scene : scene));
+    const read = scene.format === "ridgewave-recording" ? scene.scene : scene;
+    this.state.take(this.textures.withAddress(read), true, true);
   }
 
   #fold() {

@@ -1,13 +1,15 @@
 /* Everything that sounds on the pad page: one player, and a live stream for each finger.
 
 Model: a finger is opened when a pointer needs it, stays open, and serves the next pointer. All fingers have the same
-scene. A change of what is fixed for a stream (rate, channels, quantity, full scale) opens new streams.
+scene. A change of what is fixed for a stream (rate, channels, quantity, full scale) opens new streams. So does the
+choice of a texture, which has its own automatic full scale, so that its level does not depend on those before. The
+present streams sound until the new ones are open. A full scale that the scene names, or a recording, is kept.
 Limits: at most MOST_FINGERS at once; one in a recording.
-Events: "state" {state}, "player" {player}, "block" {ready, samples, finger}, "ready" {ready}, "problem" {problem,
+Events: "state" {state}, "player" {player}, "block" {ready, samples, unlimited, finger}, "ready" {ready}, "problem" {problem,
 sentence}, "limited" {reduction} in dB. */
 
 import { Finger } from "../hand/finger.js";
-import { changesWhatIsFixed, withField } from "../scene/merge.js";
+import { changesWhatIsFixed, hasFullScale, same, withField } from "../scene/merge.js";
 import { placed } from "../live/contact_update.js";
 import { neededFullScale, withFullScaleOf } from "../live/stream_scene.js";
 import { Player } from "../sound/player.js";
@@ -29,6 +31,9 @@ export class TouchSession extends EventTarget {
   #volume = 0.1;
   #starting = null;
   #renewing = Promise.resolve();
+  #chosen = false; // a texture is chosen whose streams are not open yet
+  #changing = false; // they are being opened
+  #refused = null; // the scene of which the service refused them
 
   /** scene: the first scene. */
   constructor(scene) {
@@ -74,6 +79,8 @@ export class TouchSession extends EventTarget {
 
   async #renew(scene, record) {
     this.recording = record;
+    this.#chosen = false;
+    this.#refused = null;
     this.#limit(0);
     if (!this.player) return;
     await this.#closeFingers();
@@ -120,6 +127,11 @@ export class TouchSession extends EventTarget {
       const needed = neededFullScale(ready, this.#recent);
       first = await this.#made(withField(scene, ["output", "full_scale"], needed)).opened;
     }
+    return this.#withFurther(first, scene);
+  }
+
+  /** Returns `first` and, for further hands, fingers as loud. */
+  async #withFurther(first, scene) {
     const fresh = [first];
     const further = withFullScaleOf(first.connection.ready, scene);
     while (fresh.length < this.#holders.size) fresh.push(await this.#made(further).opened);
@@ -131,26 +143,74 @@ export class TouchSession extends EventTarget {
     const before = this.fingers;
     this.fingers = fresh;
     for (const [index, [id, old]] of [...this.#holders].entries()) {
-      this.#holders.set(id, fresh[index]);
-      if (old.touching) fresh[index].move(old.contact);
+      const finger = fresh[index] ?? this.#finger(); // for a hand that came meanwhile
+      this.#holders.set(id, finger);
+      if (old.touching) finger.move(old.contact);
     }
     for (const finger of before) finger.close();
-    for (const finger of fresh) finger.change(this.scene);
+    for (const finger of this.fingers) finger.change(this.scene);
     this.#tell("state", { state: this.state });
   }
 
-  /** Changes the scene, in the present streams if possible, else with new ones. Returns whether the streams are new,
-   *  when they are open. */
-  async take(scene) {
+  /** Changes the scene, in the present streams if possible, else with new ones. chosen: it has another texture. Returns
+   *  whether the streams are new because of what is fixed for a stream, when they are open. */
+  async take(scene, chosen = false) {
     if (changesWhatIsFixed(this.scene, scene)) {
       await this.renew(scene);
       return true;
     }
     this.scene = scene;
+    this.#chosen ||= chosen || this.#refused !== null;
+    this.#refused = null;
+    if (!this.fingers.length || this.recording || hasFullScale(scene)) this.#chosen = false;
+    if (this.#changing) return false;
+    if (this.#chosen) {
+      this.#renewing = this.#renewing.catch(() => {}).then(() => this.#change());
+      return false;
+    }
     for (const finger of this.fingers) finger.change(scene);
     if (this.fingers.some(({ scene: { pending } }) => pending)) this.#limit(0);
     this.#tell("state", { state: this.state });
     return false;
+  }
+
+  /** Replaces the streams by those of the chosen texture, for the same hands. Of several choices, the newest counts. */
+  async #change() {
+    this.#changing = true;
+    await this.#starting?.catch(() => {});
+    while (this.#chosen && this.player) {
+      this.#chosen = false;
+      this.#tell("state", { state: this.state });
+      await this.#changeTo(this.scene, this.player);
+    }
+    this.#changing = false;
+    this.#tell("state", { state: this.state });
+  }
+
+  async #changeTo(scene, player) {
+    let fresh;
+    try {
+      fresh = await this.#withFurther(await unlessBroken(this.#made(scene)), scene);
+    } catch ({ problem }) {
+      if (this.player !== player) return;
+      if (problem && this.scene === scene) this.#refused = scene;
+      else if (problem)
+        this.#chosen = true; // the scene was changed meanwhile
+      else await this.#renewInPlace();
+      return;
+    }
+    if (this.#chosen || this.player !== player || changesWhatIsFixed(scene, this.scene)) {
+      for (const finger of fresh) finger.close();
+      return;
+    }
+    this.#hand(fresh);
+    this.#limit(0);
+  }
+
+  /** Opens new streams after the present ones: perhaps there is no room for both. */
+  async #renewInPlace() {
+    await this.#renew(this.scene, false);
+    for (const finger of this.fingers) finger.change(this.scene);
   }
 
   /** Moves the finger of the pointer `id`. contact: {position and y (m), or speed (m/s), on the pad, load (N), time (s)}.
@@ -168,10 +228,13 @@ export class TouchSession extends EventTarget {
 
   /** See session_status.js. */
   get state() {
-    return stateOf(this.player, this.fingers);
+    const state = stateOf(this.player, this.fingers);
+    return state === "live" && this.#changing ? "preparing" : state;
   }
 
   get soundStatus() {
+    if (this.player && this.#changing) return "pending";
+    if (this.player && this.#refused && same(this.#refused, this.scene)) return "refused";
     return soundStatusOf(this.player, this.fingers);
   }
 
@@ -260,4 +323,15 @@ export class TouchSession extends EventTarget {
   #tell(type, detail) {
     this.dispatchEvent(new CustomEvent(type, { detail }));
   }
+}
+
+/** Returns `finger` when it is open. Throws if its connection breaks before, though it would be tried again. */
+function unlessBroken(finger) {
+  const broken = new Promise((_, reject) => {
+    finger.addEventListener("broken", () => reject(Object.assign(new Error("no connection"), { problem: null })));
+  });
+  return Promise.race([finger.opened, broken]).catch((error) => {
+    finger.close();
+    throw error;
+  });
 }

@@ -151,10 +151,36 @@ export function partBetween(before, after) {
   return part;
 }
 
+/** Returns whether the scenes have the same texture, though its numbers may differ. */
+export function sameTexture(one, other) {
+  const named = ({ texture }) => {
+    const { kind, surface, heights } = texture ?? {};
+    return [kind ?? "sinusoid", surface ?? null, heights ?? null];
+  };
+  return same(named(one), named(other));
+}
+
+/** Returns whether `scene` states the full scale of each of its own channels. */
+export function hasFullScale({ output }) {
+  const { channels, full_scale: scale } = output ?? {};
+  return Boolean(channels ? channels.every(({ full_scale: one }) => one) : scale);
+}
+
+/** Returns `scene` with the full scales of the channels of a stream, SI; without any for null. */
+export function withFullScales(scene, scales) {
+  const { channels } = scene.output ?? {};
+  if (!channels) return withField(scene, ["output", "full_scale"], scales?.[0]);
+  const scaled = channels.map(({ quantity }, index) =>
+    scales ? { quantity, full_scale: scales[index] } : { quantity },
+  );
+  return withField(scene, ["output", "channels"], scaled);
+}
+
 /** Returns whether the scenes differ in what is fixed for a session: rate, channels, quantities, full scale. */
 export function changesWhatIsFixed(before, after) {
-  const kept = ({ output = {}, effects = {} }) => {
-    const { quantity, channels, sample_rate: rate, full_scale: scale } = output;
+  const kept = (scene) => {
+    const effects = scene.effects ?? {};
+    const { quantity, channels, sample_rate: rate, full_scale: scale } = scene.output ?? {};
     return [
       quantity ?? "acceleration",
       channels ?? null,

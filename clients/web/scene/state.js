@@ -2,13 +2,14 @@
 
 Model: a scene with values as text with units; fields without a value have their defaults. It begins as START_SCENE.
 Settled changes can be undone.
-Events: "change" {scene, fixed: it requires a new session, settled: false while a slider moves}; "defaults": the service
-has reported the values of fields without a value.
+Events: "change" {scene, fixed: it requires a new session, chosen: it is of another texture or another scene, not the
+present one with other numbers, settled: false while a slider moves}; "defaults": the service has reported the values of
+fields without a value.
 Limits: nothing is validated; the service validates the scene. */
 
 import { START_SCENE } from "./start_scene.js";
 import { UndoHistory } from "./undo.js";
-import { changesWhatIsFixed, same, unwritten, withField } from "./merge.js";
+import { changesWhatIsFixed, same, sameTexture, unwritten, withField } from "./merge.js";
 
 export class SceneState extends EventTarget {
   #scene = START_SCENE;
@@ -38,8 +39,9 @@ export class SceneState extends EventTarget {
     this.take(withField(this.#scene, path, value), settled);
   }
 
-  /** Replaces the scene. settled: false while more of the same change follows. */
-  take(scene, settled = true) {
+  /** Replaces the scene. settled: false while more of the same change follows. other: it is another scene, of a link or
+   *  a file. */
+  take(scene, settled = true, other = false) {
     const before = this.#scene;
     if (same(before, scene) && !settled) return;
     this.#scene = structuredClone(scene);
@@ -47,6 +49,7 @@ export class SceneState extends EventTarget {
     const detail = {
       scene: this.scene,
       fixed: changesWhatIsFixed(before, scene),
+      chosen: other || !sameTexture(before, scene),
       settled,
     };
     this.dispatchEvent(new CustomEvent("change", { detail }));

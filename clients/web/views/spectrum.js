@@ -2,7 +2,7 @@
 
 Model: a flat-top transform (fourier_transform.js) of the newest samples, so that a sinusoid of amplitude A has the
 height A. The detection threshold is a displacement; that of velocity is 2 pi f times larger, that of acceleration (2 pi
-f)^2 times. Both axes are logarithmic. Each device pixel shows its largest bin.
+f)^2 times. Both axes are logarithmic. The upper one reaches the full scale, or the largest line where that is beyond. Each device pixel shows its largest bin.
 Limits: one channel; a change of the motion is resolved after WINDOW s. A line is 5 bins wide to each side, and the side
 lobes of the window are 90 dB below the largest line. */
 
@@ -13,6 +13,7 @@ import { largestLine, FourierTransform } from "./fourier_transform.js";
 
 const WINDOW = 0.3; // s of sound, at least
 const EVERY = 40; // ms between drawings
+const SHRINK_AFTER = 1000; // ms with too large a range
 const LOWEST = 10; // Hz
 const HIGHEST = 5000; // Hz
 const DECADES = 5; // of amplitude
@@ -27,6 +28,7 @@ export class Spectrum {
   #transform = null;
   #threshold = null;
   #harmonics = [];
+  #top = { high: 0, since: 0 };
 
   constructor(canvas) {
     this.panel = new Panel(canvas, "Spectrum: no vibration yet.", () => this.#draw(), EVERY).moving();
@@ -42,8 +44,16 @@ export class Spectrum {
       Object.assign(this, { rate, quantity, fullScale });
       this.#kept = new Float32Array(this.#transform.size);
       this.#written = 0;
+      this.#top.high = 0;
     }
     for (const sample of samples) this.#kept[this.#written++ & (this.#kept.length - 1)] = sample;
+    this.panel.request();
+  }
+
+  /** Shows silence: the sound has ended. */
+  rest() {
+    this.#kept.fill(0);
+    this.#top.high = 0;
     this.panel.request();
   }
 
@@ -75,7 +85,8 @@ export class Spectrum {
     const amplitudes = this.#transform.amplitudes(newest).map((amplitude) => amplitude * this.fullScale);
     const box = { left: 72, top: 40, right: panel.width - 12, bottom: panel.height - 34 };
     const across = logAxis(LOWEST, Math.min(HIGHEST, this.rate / 2), box.left, box.right, "Hz", 48);
-    const { low, high } = this.#range(across);
+    const largest = largestLine(amplitudes, this.rate, LOWEST);
+    const { low, high } = this.#range(across, largest.amplitude);
     const up = logAxis(low, high, box.bottom, box.top, quantityOf(this.quantity).unit, 20);
     const marks = this.#marks(across);
     const key = [low, high, this.quantity, this.#threshold?.name, marks.map((mark) => mark.x.toFixed(1))].join();
@@ -85,19 +96,23 @@ export class Spectrum {
       ...trace,
       threshold: this.levels,
       marks,
-      largest: largestLine(amplitudes, this.rate, LOWEST),
+      largest,
       low,
       high,
     };
     this.#tell();
   }
 
-  #range(across) {
+  #range(across, largest) {
     const seen = this.levels
       .filter(([frequency]) => frequency >= 40 && frequency <= across.high)
       .map(([, level]) => level);
-    const top = Math.max(this.fullScale, 2 * Math.min(...seen.filter((level) => level > 0), Infinity) || 0);
-    const high = 10 ** Math.ceil(Math.log10(Number.isFinite(top) ? top : this.fullScale));
+    const felt = 2 * Math.min(...seen.filter((level) => level > 0), Infinity);
+    const top = Math.max(this.fullScale, largest, Number.isFinite(felt) ? felt : 0);
+    const wanted = 10 ** Math.ceil(Math.log10(top));
+    const now = performance.now();
+    if (wanted >= this.#top.high || now - this.#top.since > SHRINK_AFTER) this.#top = { high: wanted, since: now };
+    const { high } = this.#top;
     return { high, low: high / 10 ** DECADES };
   }
 

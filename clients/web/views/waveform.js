@@ -3,7 +3,8 @@
 Model: as in an oscilloscope, the trace begins at a rising crossing of a trigger level. The level is zero at first, and
 moves to the mean if that is far from it. Of all recent crossings, the one whose trace is most similar to the previous
 trace is chosen. Crossings are interpolated between samples. The scale is the full scale divided by 1, 2, 5, 10 and so
-on; the full scale is marked if it is visible.
+on, or multiplied where the vibration exceeds it; the full scale is marked if it is visible. A vibration below FLOOR
+is not magnified, and one below NONE is none.
 Limits: one channel; the last second. Samples are joined by lines, or by their range in each pixel. */
 
 import { inWords, quantityOf } from "../scene/quantities.js";
@@ -17,6 +18,8 @@ const MANY = 12;
 const POINTS = 128; // of a trace, compared with the previous one
 const MOST_CROSSINGS = 160; // compared per drawing
 const QUIET = 1e-4; // of full scale; smaller vibrations do not trigger
+const FLOOR = 1e-3; // of full scale; smaller vibrations, magnified, look like those that are heard
+const NONE = 1e-5; // of full scale: at rest only rounding is left
 const OFF = 0.1; // of peak-to-peak: distance of the mean from the trigger level at which the level moves to it
 const ROOM = 1.12; // scale relative to the largest value
 const SHRINK_AFTER = 1000; // ms with too large a scale
@@ -46,6 +49,15 @@ export class Waveform {
       this.#level = 0;
     }
     for (const sample of samples) this.#kept[this.#written++ % this.#kept.length] = sample;
+    this.panel.request();
+  }
+
+  /** Shows silence: the sound has ended. */
+  rest() {
+    this.#kept.fill(0);
+    this.#before = null;
+    this.#level = 0;
+    this.#magnified = { by: 1, since: performance.now() };
     this.panel.request();
   }
 
@@ -114,8 +126,8 @@ export class Waveform {
 
   #scaleBy(peak) {
     const now = performance.now();
-    let by = 1;
-    while (by < 1e4 && peak * ROOM * nextStep(by) <= 1) by = nextStep(by);
+    let by = peak > 1 ? 1 / roundAbove(peak) : 1;
+    while (peak >= FLOOR && peak * ROOM * nextStep(by) <= 1) by = nextStep(by);
     if (by <= this.#magnified.by) this.#magnified.since = now;
     if (by < this.#magnified.by || now - this.#magnified.since > SHRINK_AFTER) this.#magnified = { by, since: now };
     return this.#magnified.by;
@@ -132,14 +144,19 @@ export class Waveform {
     const box = { left: 46, top: 24, right: panel.width - 12, bottom: panel.height - 34 };
     const across = linearAxis(0, this.span, box.left, box.right, "s", Math.max(2, panel.width / 110));
     const up = linearAxis(-range, range, box.bottom, box.top, quantity.unit, Math.max(3, panel.height / 45));
-    panel.layer(`${range} ${this.span} ${this.quantity}`, () => this.#drawFrame(box, across, up, by));
+    const note = noteOf(peak, by);
+    panel.layer(`${range} ${this.span} ${this.quantity} ${note}`, () => this.#drawFrame(box, across, up, by, note));
     const count = Math.min(Math.floor(this.span * this.rate), this.#written - 1);
     this.#trace(begin, count, across, up, box);
     this.drawn.peak = peak * this.fullScale;
     this.drawn.range = range;
+    const full = inWords(this.fullScale, quantity.unit);
     panel.say(
-      `Waveform of the ${quantity.name}: the largest value is ${inWords(peak * this.fullScale, quantity.unit)}, ` +
-        `${Number((100 * peak).toPrecision(2))} % of the full scale, ${inWords(this.fullScale, quantity.unit)}.`,
+      peak < NONE
+        ? `Waveform of the ${quantity.name}: no vibration. The full scale is ${full}.`
+        : `Waveform of the ${quantity.name}: the largest value is ${inWords(peak * this.fullScale, quantity.unit)}, ` +
+            `${Number((100 * peak).toPrecision(2))} % of the full scale, ${full}` +
+            `${peak > 1 ? ", to which the sound is limited" : ""}.`,
     );
   }
 
@@ -176,7 +193,7 @@ export class Waveform {
     this.drawn = { times, values, begin, span: this.span };
   }
 
-  #drawFrame(box, across, up, by) {
+  #drawFrame(box, across, up, by, note) {
     const { panel } = this;
     const { context } = panel;
     const quantity = quantityOf(this.quantity);
@@ -188,7 +205,7 @@ export class Waveform {
     context.textAlign = "right";
     context.textBaseline = "alphabetic";
     context.fillStyle = panel.colour("threshold");
-    const scale = by === 1 ? `full scale ±${full}` : `× ${by} · full scale ±${full}`;
+    const scale = `${note}full scale ±${full}`;
     context.fillText(scale, box.right, 13, box.right - free);
     if (by > 1) return;
     context.strokeStyle = panel.colour("threshold");
@@ -202,6 +219,13 @@ export class Waveform {
     context.stroke();
     context.setLineDash([]);
   }
+}
+
+/** Returns what is said before the full scale. */
+function noteOf(peak, by) {
+  if (peak < NONE) return "no vibration · ";
+  if (peak < FLOOR) return "below 1/1000 of ";
+  return by > 1 ? `× ${by} · ` : "";
 }
 
 function nextStep(by) {

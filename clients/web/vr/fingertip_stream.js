@@ -16,7 +16,7 @@ const AT_REST = { scan: { speed: 0, load: 0 } };
 export class FingertipStream {
   /**
    * @param {{swatches: {scene: object}[], open: (scene: object, signal?: AbortSignal) => Promise<Finger | null>, onBlock?:
-   *   (samples: Float32Array, finger: Finger) => void, onProblem?: (error: Error) => void, onLimited?: (reduction:
+   *   (unlimited: Float32Array, finger: Finger) => void, onProblem?: (error: Error) => void, onLimited?: (reduction:
    *   number) => void}}
    *   parts `open` returns an open Finger, null before the sound has begun, and ends the opening at the signal;
    *   `onLimited`: gain reduction, dB
@@ -92,7 +92,7 @@ export class FingertipStream {
   }
 
   #go(finger) {
-    finger.addEventListener("block", ({ detail }) => this.onBlock(detail.samples, finger));
+    finger.addEventListener("block", ({ detail }) => this.onBlock(detail.unlimited, finger));
     finger.addEventListener("limited", ({ detail }) => {
       if (this.finger !== finger) return;
       this.reduction = detail.gain_reduction_db; // the newest: the largest may come from the moment of touch-down

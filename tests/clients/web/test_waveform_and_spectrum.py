@@ -198,6 +198,38 @@ def test_a_small_vibration_is_magnified_and_the_axis_says_so(plain: Page) -> Non
     assert 0.36 < drawn["range"] < 36.0 * 0.05
 
 
+@pytest.mark.parametrize(("amplitude", "words"), [(5e-4, "0.05 % of the full scale"), (5e-6, "no vibration")])
+def test_next_to_nothing_is_not_magnified(pictures: Page, amplitude: float, words: str) -> None:
+    drawn = push(pictures, "waveform", [[100.0, amplitude]], "velocity", fullScale=3.0, blocks=120)
+    assert drawn["range"] >= 3.0
+    assert np.abs(drawn["values"]).max() <= 1.001 * 3.0 * amplitude
+    label_of(pictures, "waveform", words)
+
+
+@pytest.mark.parametrize("times", [1.3, 27.0])
+def test_what_exceeds_the_full_scale_fits_the_axes(pictures: Page, times: float) -> None:
+    for name in ("waveform", "spectrum"):
+        drawn = push(pictures, name, [[200.0, times]], "displacement", fullScale=1e-4, blocks=120)
+        highest = max(drawn["values"] if name == "waveform" else drawn["amplitudes"])
+        assert highest == pytest.approx(1e-4 * times, rel=1e-3)
+        assert highest <= drawn["range" if name == "waveform" else "high"] <= 30e-4 * times
+    label_of(pictures, "waveform", "to which the sound is limited")
+    for name in ("waveform", "spectrum"):
+        pictures.evaluate("(name) => views.drawn(views[name].panel, () => views[name].rest())", name)
+    drawn = pictures.evaluate("() => [views.waveform.drawn, views.spectrum.drawn]")
+    assert drawn[0]["range"] == pytest.approx(1.12e-4) and not any(drawn[0]["values"])
+    assert drawn[1]["largest"]["amplitude"] == 0 and drawn[1]["high"] <= 1.001e-4
+
+
+def test_the_axis_of_the_spectrum_returns_when_the_excess_is_over(pictures: Page) -> None:
+    assert push(pictures, "spectrum", [[200.0, 50.0]], "tangential_force", fullScale=0.7)["high"] == 100.0
+    deadline = pictures.evaluate("() => performance.now() + 60000")
+    high = 100.0
+    while high > 1.0 and pictures.evaluate("() => performance.now()") < deadline:
+        high = push(pictures, "spectrum", [[200.0, 0.5]], "tangential_force", fullScale=0.7)["high"]
+    assert high == 1.0
+
+
 def test_pictures_have_a_role_and_a_text_from_the_beginning(plain: Page) -> None:
     for name in ("waveform", "spectrum", "contact", "surface"):
         assert "yet" in str(plain.get_attribute(f"#{name}", "aria-label"))
