@@ -168,7 +168,8 @@ def _spacing(found: SurfaceFile, options: ImportOptions, unit: str | None, fault
     if options.pixel is not None:
         faults.append(_fault("pixel", "a length", STATED, LEAVE))
     if found.spacing is None:
-        hint = 'Write the distance between points with its unit, such as "5 um".'
+        unused = [f"{note}. " for note in found.notes if "was not used" in note]
+        hint = "".join(unused) + 'Write the distance between points with its unit, such as "5 um".'
         faults.append(_fault("pixel", "nothing", "a length: the file does not state it", hint))
         return (1.0,) * axes
     if unit is None:

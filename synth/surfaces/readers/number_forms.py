@@ -24,7 +24,7 @@ from synth.surfaces.readers.surface_file import refuse_file
 SEPARATORS = {"\t": "tabs", ";": "semicolons", "|": "bars", ",": "commas", " ": "spaces"}
 STRONG = ("\t", ";", "|")  # signs that are in no number
 COMMENT = re.compile(r"\s*(?:#|%|//|!|[;'][^\W\d_]{2})")
-FOOTER = re.compile(r"(?i)[\W_]*(?:end|eof|eod|eor)\b[^0-9]*")
+FOOTER = re.compile(r"(?i)\x1a|[\W_]*(?:end|eof|eod|eor)\b[^0-9]*")  # \x1a ended the files of MS-DOS
 NO_HEIGHT = re.compile(
     r"(?i:nan(?:\([^)]*\))?|bad|[+-]?inf(?:inity)?|n\.?/?a\.?|null|none|void|invalid|missing|masked|no ?data"
     r"|#(?:n/a|div/0|value|num|null|nv|wert|ref)!?|1\.#(?:qnan|ind|inf)0*)|-+|\*+|\?+"
@@ -81,7 +81,7 @@ class Form:
 
     def number(self, cell: str) -> str:
         """Return a cell as Python writes the number; nan for a missing point. Raises NotANumber."""
-        cell = cell.strip(" \t'\"=").translate(SIGNS)
+        cell = cell.strip(" \t'\"=\x1a").translate(SIGNS)
         if not cell or NO_HEIGHT.fullmatch(cell):
             return "nan"
         if PLAIN[self.decimal].fullmatch(cell):

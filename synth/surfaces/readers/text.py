@@ -16,6 +16,7 @@ Limits  A header has at most MOST_HEADER lines.
 from __future__ import annotations
 
 import csv
+import re
 import warnings
 from collections.abc import Iterator
 from itertools import chain, islice
@@ -24,7 +25,7 @@ from typing import Any, NoReturn, TextIO
 
 import numpy as np
 
-from synth.surfaces.readers.known_files import mesh_as_text
+from synth.surfaces.readers.known_files import is_json, mesh_as_text, refuse_known
 from synth.surfaces.readers.number_forms import (
     COMMENT,
     COULD_BE_GROUPS,
@@ -60,9 +61,9 @@ OTHER_PROGRAMS += (
     b"%PDF",
     b"%!PS",
     b"ISO-10303",
-    b"{",
     b"<",
-    b"DSAA",
+    b"ISO5436",
+    b"ISO 5436",
     b"#?RADIANCE",
     b"#?RGBE",
     b"#usda",
@@ -72,8 +73,8 @@ OTHER_PROGRAMS += (
 def fits(head: bytes, ending: str) -> bool:
     """Return whether the file begins with text that is not the header of a format of another program."""
     start = head.lstrip(b"\xef\xbb\xbf \r\n")
-    is_mesh = mesh_as_text(head) or (start.startswith(b"solid") and b"facet" in head)
-    return is_text(head) and ending not in OF_PACKAGE and not start.startswith(OTHER_PROGRAMS) and not is_mesh
+    is_other = mesh_as_text(head) or is_json(start) or (start.startswith(b"solid") and b"facet" in head)
+    return is_text(head) and ending not in OF_PACKAGE and not start.startswith(OTHER_PROGRAMS) and not is_other
 
 
 def read(path: Path, _ending: str) -> SurfaceFile:
@@ -131,6 +132,10 @@ def _header(file: TextIO) -> tuple[list[str], list[str]]:
             missing = []
         if len(header) > MOST_HEADER:
             break
+    refuse_known("\n".join(header).encode(), "", None)
+    cells = (cell for line in header for cell in re.split(r"[\t;| ]+", line))
+    if cell := next(filter(COULD_BE_GROUPS.fullmatch, cells), None):
+        refuse_ambiguous(cell)
     refuse_file(f"no numbers in the first {MOST_HEADER} lines", "a text file of numbers", "Is this the right file?")
 
 

@@ -12,7 +12,7 @@ Limits  A unit that is not a length refuses the file, as does a factor of the he
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from synth.surfaces.readers.number_forms import PLAIN, Form
 from synth.surfaces.readers.surface_file import UNITS, refuse_file, unit_named
@@ -25,18 +25,19 @@ NOT_LENGTHS = re.compile(
 PIXELS = re.compile(r"(?i:px|pix|pixels?|points?|pts?|samples?|index)")
 INDEX = re.compile(
     r"(?i:no|nr|num|number|index|idx|id|i|n|#|№|points?|pts?|point ?(?:no|nr|number|index)|counter|count|samples?|"
-    r"rows?|row ?number|lines?|data ?points?)\.?"
+    r"rows?|row ?number|lines?|data ?points?|t|time|zeit|temps|timestamp|время|時間|时间)\.?"
 )
+"""Columns that count the points, in numbers or in seconds."""
 ALONG = re.compile(
-    r"(?i:x|x[ _-].*|x-?(?:axis|coord|pos|value|data).*|lateral.*|pos(?:ition)?\b.*|dist(?:ance)?\b.*|len(?:gth)?\b.*|"
+    r"(?i:x ?[0-9]*|x[ _-].*|x-?(?:axis|coord|pos|value|data).*|lateral.*|pos(?:ition)?\b.*|dist(?:ance)?\b.*|len(?:gth)?\b.*|"
     r"weg\b.*|strecke.*|länge.*|laenge.*|longueur.*|abscissa.*|travel.*|traverse.*|horizontal.*|scan.*|расстояние.*|"
-    r"длина.*|time|t|距離.*|长度.*|位置.*)"
+    r"длина.*|距離.*|长度.*|位置.*|délka.*|distanza.*|distancia.*)"
 )
-ACROSS = re.compile(r"(?i:y|y[ _-].*|y-?(?:axis|coord|pos|value).*)")
+ACROSS = re.compile(r"(?i:y ?[0-9]*|y[ _-].*|y-?(?:axis|coord|pos|value).*)")
 HEIGHT = re.compile(
-    r"(?i:z|z[ _-].*|z-?(?:axis|coord|pos|value|data|height).*|.*height.*|altitude.*|elevation.*|.*profile.*|depth.*|"
+    r"(?i:z ?[0-9]*|z[ _-].*|z-?(?:axis|coord|pos|value|data|height).*|.*height.*|altitude.*|elevation.*|.*profile.*|depth.*|"
     r"h|.*höhe.*|.*hoehe.*|tiefe.*|hauteur.*|profil.*|altura.*|topo.*|raw.*|primary.*|roughness.*|amplitude.*|"
-    r"высота.*|профиль.*|高さ.*|高度.*)"
+    r"высота.*|профиль.*|高さ.*|高度.*|výška.*|altezza.*)"
 )
 OPTICAL = re.compile(r"(?i:intensity.*|red|green|blue|r|g|b|colou?r.*|quality.*|valid.*|flag.*|confidence.*)")
 _STEP = r"(?:pixel ?size|pixel|spacing|pitch|step(?: ?size| ?distance| ?width)?|incr(?:ement)?|resolution|"
@@ -57,6 +58,7 @@ KEYS = {
     r"(?:z|heights?|values?))",
     "unit x": r"(?:(?:x|x ?y|lateral|horizontal|length|position|distance|abscissa)[ _-]?(?:axis[ _-]?)?units?|"
     r"units?[ _-]?(?:of )?(?:x|lengths?|positions?))",
+    "unit y": r"y[ _-]?(?:axis[ _-]?)?units?",
     "unit of all": r"(?:units?|einheit(?:en)?|unités?|単位|(?:all )?(?:data|values|dimensions) (?:are )?in)",
     "no data": r"(?:no[ _-]?data(?:[ _-]?value)?|missing(?:[ _-]?(?:value|data))?|fill[ _-]?value|_FillValue|"
     r"(?:bad|invalid|void|dummy)(?:[ _-]?(?:value|pixel|point|data))?)",
@@ -66,6 +68,7 @@ KEYS = {
 _VALUE = rf"\s*(?:[\[(](?P<of_key>[^\])]*)[\])])?\s*(?P<sign>[:=;,\t|]|\bis\b)?\s*(?P<number>{NUMBER})?\s*[;,\t]?\s*"
 _VALUE += r"[\[(]?(?P<unit>[^\s;,\t\])]*)"
 STATED = {key: re.compile(rf"(?i)(?:^|[\s#%;,]){words}{_VALUE}") for key, words in KEYS.items()}
+BEGINS_AS_NUMBER = re.compile(r"[+-]?[0-9.,]+(?:\s|$)")  # a value, which is no name of a column
 _PREFIX = re.compile(r"^[\s#%!'/*;]+")
 _BRACKETS = re.compile(r"(.*?)[\s_:,;/]*[\[({<]\s*(?:in\s+)?([^\])}>]*?)\s*[\])}>]\s*")
 _LAST_WORD = re.compile(r"(.*?)(?:\s*/\s*|\s+in\s+|[_,:\s-]\s*)(\S+?)\s*")
@@ -77,10 +80,12 @@ class Column:
 
     name: as the header has it, or "".
     unit: a key of UNITS, "pixel", or None if the header states none.
+    of_else: the whole cell, if it states a unit that is not a length; else "".
     """
 
     name: str = ""
     unit: str | None = None
+    of_else: str = ""
 
     @property
     def role(self) -> str:
@@ -113,7 +118,7 @@ class Header:
 
 
 def header_of(lines: list[str], form: Form, columns: int) -> Header:
-    """Return what `lines` state. Raises InvalidRequest for a unit that is not a length, and for a factor."""
+    """Return what `lines` state. Raises InvalidRequest for heights that are no lengths, and for a factor."""
     named = _columns(lines, form, columns)
     values: dict[str, tuple[str, str]] = {}
     for line in lines:
@@ -158,8 +163,11 @@ def _check_factor(values: dict[str, tuple[str, str]]) -> None:
 
 
 def _columns(lines: list[str], form: Form, count: int) -> tuple[Column, ...]:
-    """Return the columns that the last lines of the header name, or none."""
-    names: list[str] | None = None
+    """Return the columns that the last lines of the header name, or none.
+
+    Of several lines that could be names, the last one with a unit or a known name is taken, else the last one.
+    """
+    named: list[list[Column]] = []
     units: list[str | None] | None = None
     for line in reversed(lines[-6:]):
         cells = _cells(line, form, count)
@@ -168,14 +176,13 @@ def _columns(lines: list[str], form: Form, count: int) -> tuple[Column, ...]:
         found = [_unit_alone(cell) for cell in cells]
         if units is None and any(found) and all(unit or not cell for unit, cell in zip(found, cells, strict=True)):
             units = found
-        elif any(re.search(r"[^\W\d_]", cell) for cell in cells):
-            names = cells
-            break
-    if names is None:
+        elif any(re.search(r"[^\W\d_]", cell) for cell in cells) and not any(map(BEGINS_AS_NUMBER.match, cells)):
+            named.append([_column(cell) for cell in cells])
+    if not named:
         return tuple(Column("", unit) for unit in units) if units else ()
-    columns = [_column(cell) for cell in names]
+    columns = next((row for row in named if any(one.role or one.unit or one.of_else for one in row)), named[0])
     if units:
-        columns = [Column(one.name, unit or one.unit) for one, unit in zip(columns, units, strict=True)]
+        columns = [replace(one, unit=unit or one.unit) for one, unit in zip(columns, units, strict=True)]
     return tuple(columns)
 
 
@@ -185,7 +192,7 @@ def _cells(line: str, form: Form, count: int) -> list[str] | None:
     if count == 1:
         return [text] if len(text) < 60 and not re.search(r"[:=]", text) else None
     ways: tuple[str, ...] = (re.escape(form.separator) if form.separator != " " else r"\s{2,}|\t",)
-    ways += (r"\t", ";", r"\|", ",", r"\s{2,}", r"\s+(?![\[(])", r"[\s,]+(?![\[(])")
+    ways += (r"\t", ";", r"\|", ",", r"\s{2,}", r"\s+(?![\[(])", r"[\s,]+(?![\[(])", r"(?<=[\])])\s+(?=[\[(])")
     for way in ways:
         cells = [cell.strip(" '") for cell in re.split(way, text)]
         while len(cells) > count and not cells[-1]:
@@ -205,7 +212,7 @@ def _unit_alone(cell: str) -> str | None:
 
 
 def _column(cell: str) -> Column:
-    """Return the column that a cell of the header names. Raises InvalidRequest for a unit that is not a length."""
+    """Return the column that a cell of the header names."""
     match = _BRACKETS.fullmatch(cell)
     if match:
         name, unit = match.groups()
@@ -213,11 +220,8 @@ def _column(cell: str) -> Column:
             return Column(name, unit_named(unit))
         if PIXELS.fullmatch(unit):
             return Column(name, "pixel")
-        column = Column(name)
-        is_used = column.role in ("x", "y", "height", "")
-        if is_used and (NOT_LENGTHS.fullmatch(unit) or re.match(r"[x×*]?\s*[0-9]", unit)):
-            refuse_file(f"a column {cell[:60]!r}", "columns in a unit of length", "Export x and the heights in um.")
-        return column
+        is_other = NOT_LENGTHS.fullmatch(unit) or re.match(r"[x×*]?\s*[0-9]", unit)
+        return Column(name, of_else=cell if is_other else "")
     match = _LAST_WORD.fullmatch(cell)
     if match and unit_named(match[2]) and match[1]:
         return Column(match[1], unit_named(match[2]))

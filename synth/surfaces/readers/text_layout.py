@@ -47,7 +47,8 @@ def surface_of_table(values: np.ndarray[Any, Any], form: Form, header: Header, e
 
 def _columns(roles: tuple[str, ...], header: Header, count: int) -> list[dict[str, str | None]]:
     columns = header.columns or (Column(),) * count
-    units = {"x": header.unit("unit x"), "y": header.unit("unit x"), "height": header.unit("unit")}
+    of_ordinate = None if "y" in roles else header.unit("unit y")
+    units = {"x": header.unit("unit x"), "y": header.unit("unit x"), "height": header.unit("unit") or of_ordinate}
     everything = header.unit("unit of all")
     return [
         {"name": one.name, "read_as": role or "not read", "unit": one.unit or units.get(role) or everything}
@@ -86,9 +87,14 @@ def _named(named: list[str]) -> tuple[str, ...]:
 def _of_columns(values: np.ndarray[Any, Any], roles: tuple[str, ...], header: Header, said: str) -> SurfaceFile:
     """Return a profile or a surface whose columns have `roles`."""
     columns = header.columns or (Column(),) * len(roles)
+    for one, role in zip(columns, roles, strict=True):
+        if role and one.of_else:
+            refuse_file(f"a column {one.of_else[:60]!r}", "columns in a unit of length", "Export x and heights in um.")
     units = [one.unit for one in columns]
     of_heights = units[roles.index("height")] or header.unit("unit") or header.unit("unit of all")
     along = header.unit("unit x") or header.unit("unit of all")
+    if "y" not in roles:
+        of_heights = of_heights or header.unit("unit y")  # the ordinate of a profile
     if "x" in roles:
         along = units[roles.index("x")] or along
         if "y" in roles and units[roles.index("y")] not in (None, along):

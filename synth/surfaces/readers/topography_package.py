@@ -52,6 +52,9 @@ def read(path: Path, ending: str) -> SurfaceFile:
     _check_unpacked(path)
     matches = {reader: reader.can_read(head) for reader in readers}
     fitting = [reader for reader, match in matches.items() if match is MagicMatch.YES]
+    found = known(head, ending, path)
+    if not fitting and found and not may_be_read(found[0]):
+        refuse_unknown(head, ending, path)
     name = next((name for begin, name in READERS_OF_TEXT if head.startswith(begin)), None)
     fitting += [reader for reader, match in matches.items() if match is MagicMatch.MAYBE and reader.__name__ == name]
     fitting += [
@@ -74,7 +77,6 @@ def read(path: Path, ending: str) -> SurfaceFile:
             cause = cause or error
     allowed = "a whole file, with contents that SurfaceTopography reads"
     hint = "Copy it again. If it is whole, export it as text: of X3P, for example, areas are read and profiles are not."
-    found = known(head, ending, path)
     value = "a file that its reader cannot read" + (f": {found[0]}" if found else "")
     refuse_file(value, allowed, hint, cause)
 

@@ -34,6 +34,11 @@ ARRAYS: tuple[UsualFile, ...] = (
     array("fortran.npy", "NumPy: Fortran order", np.asfortranarray(VALUES)),
     array("big-endian.npy", "NumPy: big-endian", VALUES.astype(">f8")),
     array("line.npy", "NumPy: a profile", np.array(Z), Z),
-    array("nan.npy", "NumPy: NaN at a missing point", HOLED,
-          np.where(VALUES == 0.0, (-2.25 + 1.25 - 1.0 + 2.5) / 4.0, VALUES), options=AREA | {"missing": "fill"}),
+    array(
+        "nan.npy",
+        "NumPy: NaN at a missing point",
+        HOLED,
+        np.where(VALUES == 0.0, (-2.25 + 1.25 - 1.0 + 2.5) / 4.0, VALUES),
+        options=AREA | {"missing": "fill"},
+    ),
 )

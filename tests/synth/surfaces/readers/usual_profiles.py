@@ -36,6 +36,12 @@ def profile(name: str, writer: str, text: str, encoding: str = "ascii", **more: 
     return UsualFile(name, writer, text.encode(encoding), more.pop("heights", Z), **more)
 
 
+def bare(value: float) -> str:
+    """Return a number without the zeros that stand alone beside its point."""
+    text = str(value)
+    return text[:-1] if text.endswith(".0") else text.replace("0.", ".", 1)
+
+
 def nanometres(value: float) -> str:
     return f"{1000 * value:.0f}"
 
@@ -47,7 +53,7 @@ PROFILES: tuple[UsualFile, ...] = (
         "Excel with German settings, CSV: semicolons, decimal commas, Windows 1252",
         lines("X [mm];Z [µm]", rows=rows(";", comma), end="\r\n"),
         "cp1252",
-        shows=("Windows 1252, separated by semicolons, decimal commas", "X: x in mm; Z: height in um"),
+        shows=("Windows 1252, separated by semicolons, decimal commas", "X: x in mm; Z: height in µm"),
     ),
     profile(
         "excel-us.csv",
@@ -112,14 +118,14 @@ PROFILES: tuple[UsualFile, ...] = (
         "Excel with Japanese settings: Shift JIS",
         lines("距離 [mm],高さ [μm]", rows=rows(","), end="\r\n"),
         "cp932",
-        shows=("Shift JIS", "距離: x in mm; 高さ: height in um"),
+        shows=("Shift JIS", "距離: x in mm; 高さ: height in µm"),
     ),
     profile(
         "excel-chinese.txt",
         "Excel with Chinese settings: GB 18030",
         lines("位置[mm]\t高度[μm]", rows=rows("\t"), end="\r\n"),
         "gb18030",
-        shows=("GB 18030", "位置: x in mm; 高度: height in um"),
+        shows=("GB 18030", "位置: x in mm; 高度: height in µm"),
     ),
     profile(
         "excel-chinese-nm.csv",
@@ -149,7 +155,10 @@ PROFILES: tuple[UsualFile, ...] = (
     profile(
         "excel-french-groups.csv",
         "Excel with French settings: no-break spaces between thousands, decimal commas",
-        lines("Position (mm);Hauteur (nm)", rows=[f"{comma(x)};{1000 * z:_.1f}".replace(".", ",").replace("_", "\u202f") for x, z in ROWS]),
+        lines(
+            "Position (mm);Hauteur (nm)",
+            rows=[f"{comma(x)};{1000 * z:_.1f}".replace(".", ",").replace("_", "\u202f") for x, z in ROWS],
+        ),
         "utf-8",
     ),
     profile(
@@ -161,7 +170,9 @@ PROFILES: tuple[UsualFile, ...] = (
     profile(
         "excel-german-groups.csv",
         "Excel with German settings: points between thousands, decimal commas",
-        lines("X [mm];Z [nm]", rows=[f"{comma(x)};{1000 * z:_.1f}".replace(".", ",").replace("_", ".") for x, z in ROWS]),
+        lines(
+            "X [mm];Z [nm]", rows=[f"{comma(x)};{1000 * z:_.1f}".replace(".", ",").replace("_", ".") for x, z in ROWS]
+        ),
         shows=("decimal commas",),
     ),
     profile(
@@ -210,7 +221,7 @@ PROFILES: tuple[UsualFile, ...] = (
     profile(
         "bare-points.txt",
         "BASIC and Fortran: .5 and 5. without the other digits",
-        lines("X [mm]\tZ [um]", rows=rows("\t", lambda value: f"{value:g}.".replace("0.", ".", 1) if value == int(value) else f"{value:g}".replace("0.", ".", 1))),
+        lines("X [mm]\tZ [um]", rows=rows("\t", bare)),
     ),
     profile(
         "aligned-columns.prn",
@@ -233,7 +244,7 @@ PROFILES: tuple[UsualFile, ...] = (
         "programs that write mu as the Greek letter U+03BC",
         lines("x (mm)\tz (\u03bcm)", rows=rows()),
         "utf-8",
-        shows=("height in um",),
+        shows=("height in µm",),
     ),
     profile(
         "units-in-words.txt",
@@ -282,15 +293,27 @@ PROFILES: tuple[UsualFile, ...] = (
     profile(
         "alpha-step.txt",
         "KLA Alpha-Step, text: um and a time, tabs",
-        lines("Alpha-Step D-600", "Recipe: denim", "Speed: 0.10 mm/s", "X(mm)\tZ(um)\tTime(s)",
-              rows=[f"{x:.4f}\t{z:.4f}\t{place / 50:.3f}" for place, (x, z) in enumerate(ROWS)]),
+        lines(
+            "Alpha-Step D-600",
+            "Recipe: denim",
+            "Speed: 0.10 mm/s",
+            "X(mm)\tZ(um)\tTime(s)",
+            rows=[f"{x:.4f}\t{z:.4f}\t{place / 50:.3f}" for place, (x, z) in enumerate(ROWS)],
+        ),
         shows=("X: x in mm; Z: height in um",),
     ),
     profile(
         "mitutoyo.csv",
         "Mitutoyo Surftest, CSV: settings, then index, x and height",
-        lines("Surftest SJ-410", "Standard,ISO1997", "Range,800um", "Pitch,125um", "No.,X[mm],Z[um]",
-              rows=[f"{place},{x:.4f},{z:+.4f}" for place, (x, z) in enumerate(ROWS, 1)], end="\r\n"),
+        lines(
+            "Surftest SJ-410",
+            "Standard,ISO1997",
+            "Range,800um",
+            "Pitch,125um",
+            "No.,X[mm],Z[um]",
+            rows=[f"{place},{x:.4f},{z:+.4f}" for place, (x, z) in enumerate(ROWS, 1)],
+            end="\r\n",
+        ),
         shows=("X: x in mm; Z: height in um",),
     ),
     profile(
