@@ -1,9 +1,9 @@
 """DSAA: the text grid of Golden Software Surfer.
 
 Stage   SURFACES, from files.
-Model   Five lines of header: DSAA; numbers of columns and rows; the first and last x; the first and last y; the least and
-        the greatest height. Then the heights row by row, with x along a row, in lines of any length. A height of BLANK
-        or more is a missing point.
+Model   Five lines of header: DSAA; numbers of columns and rows; first and last x; first and last y; least and greatest
+        height. Then the heights row by row, with x along a row, in lines of any length. A height of BLANK or more is a
+        missing point.
 Source  Golden Software Surfer help, "ASCII Grid File Format".
 Limits  The format has no unit. Its binary forms, DSBB and DSRB, are not read.
 """

@@ -1,4 +1,4 @@
-"""Pictures as material libraries, scanners and microscopes write them. Each row has the heights by its own arithmetic."""
+"""Pictures as material libraries, scanners and microscopes write them, each with its heights by own arithmetic."""
 
 from __future__ import annotations
 

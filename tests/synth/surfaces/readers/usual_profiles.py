@@ -164,7 +164,7 @@ PROFILES: tuple[UsualFile, ...] = (
     profile(
         "excel-swiss-groups.csv",
         "Excel with Swiss settings: apostrophes between thousands",
-        lines("Position [mm];Höhe [nm]", rows=[f"{x};{1000 * z:_.1f}".replace("_", "’") for x, z in ROWS]),
+        lines("Position [mm];Höhe [nm]", rows=[f"{x};{1000 * z:_.1f}".replace("_", "\u2019") for x, z in ROWS]),
         "utf-8",
     ),
     profile(
