@@ -138,7 +138,7 @@ def known(head: bytes, ending: str, path: Path | None) -> tuple[str, str] | None
         if start[place : place + len(signature)] == signature:
             return what, hint
     if is_json(start):
-        return "JSON", LINES
+        return "JSON, or lists in brackets", LINES
     markup = start.lstrip().lower()
     found = next(((what, hint) for begin, what, hint in MARKUP if markup.startswith(begin)), None)
     return found or BY_ENDING.get(ending)

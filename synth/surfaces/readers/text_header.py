@@ -13,8 +13,9 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field, replace
+from math import nan
 
-from synth.surfaces.readers.number_forms import PLAIN, Form
+from synth.surfaces.readers.number_forms import PLAIN, Form, NotANumber
 from synth.surfaces.readers.surface_file import UNITS, refuse_file, unit_named
 
 NUMBER = r"[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]{1,4})?"
@@ -41,9 +42,7 @@ HEIGHT = re.compile(
 )
 OPTICAL = re.compile(r"(?i:intensity.*|red|green|blue|r|g|b|colou?r.*|quality.*|valid.*|flag.*|confidence.*)")
 _STEP = r"(?:pixel ?size|pixel|spacing|pitch|step(?: ?size| ?distance| ?width)?|incr(?:ement)?|resolution|"
-_STEP += (
-    r"sampl(?:ing|e) ?(?:interval|distance|step|spacing|pitch|length)|calibration|point ?(?:spacing|distance|pitch)"
-)
+_STEP += r"sampl(?:ing|e) ?(?:interval|distance|step|spacing|pitch)|calibration|point ?(?:spacing|distance|pitch)"
 _STEP += r"|data ?(?:spacing|interval)|lateral ?resolution|abtastabstand|punktabstand|messpunktabstand)"
 _FACTOR = r"(?:z|height)?[ _-]?(?:scale|scaling|scale ?factor|factor|multiplier|height ?scale)"
 KEYS = {
@@ -71,7 +70,8 @@ STATED = {key: re.compile(rf"(?i)(?:^|[\s#%;,]){words}{_VALUE}") for key, words 
 BEGINS_AS_NUMBER = re.compile(r"[+-]?[0-9.,]+(?:\s|$)")  # a value, which is no name of a column
 _PREFIX = re.compile(r"^[\s#%!'/*;]+")
 _BRACKETS = re.compile(r"(.*?)[\s_:,;/]*[\[({<]\s*(?:in\s+)?([^\])}>]*?)\s*[\])}>]\s*")
-_LAST_WORD = re.compile(r"(.*?)(?:\s*/\s*|\s+in\s+|[_,:\s-]\s*)(\S+?)\s*")
+_LAST_WORD = re.compile(r"(.*?)(?:\s*/\s*|\s+in\s+|[_,:;\s-]\s*)(\S+?)\s*")
+_VALUE_WITH_UNIT = re.compile(r".*(?:^|[\s;,])[+-]?[0-9][0-9.,]*[\s;,]+[^\W\d_]+\s*")  # no name of a column
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,11 +101,13 @@ class Header:
     columns: one for each column of the numbers; empty if the header does not name them.
     values: for each key of KEYS that is stated, the number as text, and a unit or a text.
     lines: number of lines.
+    axis: coordinates of the columns of a grid, with nan at the corner; empty if the last line has none.
     """
 
     columns: tuple[Column, ...] = ()
     values: dict[str, tuple[str, str]] = field(default_factory=dict)
     lines: int = 0
+    axis: tuple[float, ...] = ()
 
     def number(self, key: str) -> float | None:
         """Return the number of `key`, or None if none is stated."""
@@ -128,7 +130,16 @@ def header_of(lines: list[str], form: Form, columns: int) -> Header:
             if match and key not in values and (found := _value(key, match, text)):
                 values[key] = found
     _check_factor(values)
-    return Header(named, values, len(lines))
+    return Header(named, values, len(lines), _axis(lines[-1:], form, columns))
+
+
+def _axis(last: list[str], form: Form, count: int) -> tuple[float, ...]:
+    """Return the coordinates in the last line of the header, below a corner with words such as "y/x"."""
+    cells = form.cells(last[0]) if last and count > 2 else []
+    try:
+        return (nan, *(float(form.number(cell)) for cell in cells[1:])) if len(cells) == count else ()
+    except NotANumber:
+        return ()
 
 
 def _value(key: str, match: re.Match[str], line: str) -> tuple[str, str] | None:
@@ -171,7 +182,7 @@ def _columns(lines: list[str], form: Form, count: int) -> tuple[Column, ...]:
     units: list[str | None] | None = None
     for line in reversed(lines[-6:]):
         cells = _cells(line, form, count)
-        if cells is None:
+        if cells is None or len(re.findall("[:=]", line)) == 1:  # a key with its value
             continue
         found = [_unit_alone(cell) for cell in cells]
         if units is None and any(found) and all(unit or not cell for unit, cell in zip(found, cells, strict=True)):
@@ -190,7 +201,10 @@ def _cells(line: str, form: Form, count: int) -> list[str] | None:
     """Return the cells of a line of names or units, or None if it does not have `count` of them."""
     text = _PREFIX.sub("", line).strip().replace('"', "")
     if count == 1:
-        return [text] if len(text) < 60 and not re.search(r"[:=]", text) else None
+        is_name = len(text) < 60 and not re.search(r"[:=]", text) and not _VALUE_WITH_UNIT.fullmatch(text)
+        return [text] if is_name else None
+    if line.count(form.separator) == count - 1 and form.separator != " ":
+        text = line.replace('"', "")  # an empty first cell counts
     ways: tuple[str, ...] = (re.escape(form.separator) if form.separator != " " else r"\s{2,}|\t",)
     ways += (r"\t", ";", r"\|", ",", r"\s{2,}", r"\s+(?![\[(])", r"[\s,]+(?![\[(])", r"(?<=[\])])\s+(?=[\[(])")
     for way in ways:
@@ -220,7 +234,7 @@ def _column(cell: str) -> Column:
             return Column(name, unit_named(unit))
         if PIXELS.fullmatch(unit):
             return Column(name, "pixel")
-        is_other = NOT_LENGTHS.fullmatch(unit) or re.match(r"[x×*]?\s*[0-9]", unit)
+        is_other = NOT_LENGTHS.fullmatch(unit) or "/" in unit or re.match(r"[x×*]?\s*[0-9]", unit)
         return Column(name, of_else=cell if is_other else "")
     match = _LAST_WORD.fullmatch(cell)
     if match and unit_named(match[2]) and match[1]:

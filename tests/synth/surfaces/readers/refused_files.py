@@ -112,6 +112,36 @@ REFUSED: tuple[UsualFile, ...] = (
     ),
     refused("no-unit.txt", "a stylus without units", lines(rows=rows()), "mm, um"),
     refused("unit-of-heights-only.txt", "a header with one of two units", lines("X\tZ [um]", rows=rows()), "two units"),
+    refused(
+        "units-in-cells.txt",
+        "a report: a unit in each cell",
+        lines("X\tZ", rows=[f"{x} mm\t{z} um" for x, z in zip(X, Z, strict=True)]),
+        "Write the units once",
+    ),
+    refused(
+        "two-profiles-below.txt",
+        "gnuplot: two blocks, one below the other",
+        lines("# x [mm] z [um]", rows=[*rows(" "), "", *rows(" ", z=[2 * z for z in Z])]),
+        "2 profiles, one below the other",
+    ),
+    refused(
+        "commas-everywhere.csv",
+        "a program with German settings: decimal commas, separated by commas",
+        lines(rows=[f"{place},05,{place + 1},25" for place in range(8)]),
+        "1.5 with a point, or 1;5",
+    ),
+    refused(
+        "step-without-unit.txt",
+        "heights in um, with a step in an unknown unit",
+        lines("Spacing: 0.125", "Height [um]", rows=[str(z) for z in Z]),
+        "two units",
+    ),
+    refused(
+        "points-and-colours.xyz",
+        "a laser scanner: x, y, z, red, green and blue without names",
+        lines(rows=[f"{x} {y} {x + y} 9 9 9" for x in range(3) for y in range(4)]),
+        "x;y;z;r;g;b",
+    ),
     # Pictures
     refused("photo.png", "a camera", saved("PNG"), "picture in colour"),
     refused("photo.jpg", "a camera", saved("JPEG"), "picture in colour"),

@@ -51,7 +51,7 @@ class UsualFile:
     def wanted(self) -> np.ndarray[Any, Any]:
         """The heights about their mean, m."""
         values = np.asarray(self.heights, float)
-        return 1e-6 * (values - values.mean())
+        return np.asarray(1e-6 * (values - values.mean()))
 
 
 def usual_files() -> list[UsualFile]:
@@ -59,10 +59,12 @@ def usual_files() -> list[UsualFile]:
     from tests.synth.surfaces.readers.refused_files import REFUSED
     from tests.synth.surfaces.readers.usual_arrays import ARRAYS
     from tests.synth.surfaces.readers.usual_grids import GRIDS
+    from tests.synth.surfaces.readers.usual_numbers import NUMBERS
     from tests.synth.surfaces.readers.usual_pictures import PICTURES
     from tests.synth.surfaces.readers.usual_profiles import PROFILES
+    from tests.synth.surfaces.readers.usual_spreadsheets import SPREADSHEETS
 
-    return [*PROFILES, *GRIDS, *PICTURES, *ARRAYS, *REFUSED]
+    return [*SPREADSHEETS, *PROFILES, *NUMBERS, *GRIDS, *PICTURES, *ARRAYS, *REFUSED]
 
 
 def main(folder: Path) -> None:

@@ -154,6 +154,33 @@ GRIDS: tuple[UsualFile, ...] = (
         shows=("um, stated by the file",),
     ),
     grid(
+        "axes-named.csv",
+        "Excel, a pivot table: a word in the corner, x beside it and y below",
+        lines(rows=["y/x;0;125;250;375", *(f"{250 * row};" + ";".join(TOP_ROWS[row]) for row in range(3))]),
+        options={"unit": "um"},
+        shows=("x in the first row and y in the first column",),
+    ),
+    grid(
+        "y-in-um.xyz",
+        "a stage with two units: x in mm, y in um",
+        lines("X [mm]\tY [um]\tZ [um]", rows=[f"{x / 1000}\t{y}\t{z}" for x, y, z in POINTS]),
+        shows=("X: x in mm; Y: y in um; Z: height in um",),
+    ),
+    grid(
+        "with-intensity.csv",
+        "a confocal microscope: x, y, height and intensity",
+        lines(
+            "x [um],y [um],z [um],Intensity", rows=[f"{x},{y},{z},{place}" for place, (x, y, z) in enumerate(POINTS)]
+        ),
+        shows=("not read: Intensity",),
+    ),
+    grid(
+        "empty-rows-below.csv",
+        "Excel, CSV with rows of separators below the table",
+        lines(rows=[*joined(";"), ";;;", ";;;"]),
+        options=AREA,
+    ),
+    grid(
         "trailing-tabs.txt",
         "LabVIEW: a tab after each number",
         lines(rows=[row + "\t" for row in joined("\t")], end="\r\n"),

@@ -68,9 +68,9 @@ def texts(**tags: str) -> list[tuple[int, str, int, str, bool]]:
     return [(int(name[1:]), "s", 0, text, True) for name, text in tags.items()]
 
 
-def picture(name: str, writer: str, content: bytes, **more: Any) -> UsualFile:
+def picture(name: str, writer: str, content: bytes, **given: Any) -> UsualFile:
     """Return a displacement map of 8 bits, whose heights are GREY of HEIGHT."""
-    more = {"heights": HEIGHT * GREY / 255.0, "spacing": SPACING, "options": MAP} | more
+    more: dict[str, Any] = {"heights": HEIGHT * GREY / 255.0, "spacing": SPACING, "options": MAP} | given
     return UsualFile(name, writer, content, **more)
 
 

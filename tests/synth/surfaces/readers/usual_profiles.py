@@ -47,193 +47,6 @@ def nanometres(value: float) -> str:
 
 
 PROFILES: tuple[UsualFile, ...] = (
-    # Spreadsheets: encodings, separators, line ends
-    profile(
-        "excel-german.csv",
-        "Excel with German settings, CSV: semicolons, decimal commas, Windows 1252",
-        lines("X [mm];Z [µm]", rows=rows(";", comma), end="\r\n"),
-        "cp1252",
-        shows=("Windows 1252, separated by semicolons, decimal commas", "X: x in mm; Z: height in µm"),
-    ),
-    profile(
-        "excel-us.csv",
-        "Excel with US settings, CSV",
-        lines("X (mm),Z (um)", rows=rows(","), end="\r\n"),
-        shows=("ASCII, separated by commas, decimal points", "X: x in mm; Z: height in um"),
-    ),
-    profile(
-        "excel-unicode.txt",
-        "Excel, Unicode text: UTF-16 with a mark, tabs",
-        "\ufeff" + lines("X [mm]\tZ [µm]", rows=rows("\t", comma), end="\r\n"),
-        "utf-16-le",
-        shows=("UTF-16, separated by tabs, decimal commas",),
-    ),
-    profile(
-        "excel-utf8.csv",
-        "Excel, CSV UTF-8 (with a mark)",
-        lines("X [mm];Z [µm]", rows=rows(";", comma), end="\r\n"),
-        "utf-8-sig",
-        shows=("UTF-8 with a mark, separated by semicolons",),
-    ),
-    profile(
-        "excel-ms-dos.csv",
-        "Excel, CSV (MS-DOS): code page 850",
-        lines("Länge [mm];Höhe [µm]", rows=rows(";", comma), end="\r\n"),
-        "cp850",
-        shows=("code page 850",),
-    ),
-    profile(
-        "excel-ms-dos-us.csv",
-        "Excel with US settings, CSV (MS-DOS): code page 437",
-        lines("Position [mm],Height [µm]", rows=rows(","), end="\r\n"),
-        "cp437",
-        shows=("code page 850",),
-    ),
-    profile(
-        "excel-macintosh.csv",
-        "Excel, CSV (Macintosh): lines end with CR alone, Mac Roman",
-        lines("X [mm],Z [µm]", rows=rows(","), end="\r"),
-        "mac-roman",
-    ),
-    profile(
-        "excel-sep.csv",
-        "Excel, a first line that declares the separator",
-        lines("sep=;", "X [mm];Z [um]", rows=rows(";"), end="\r\n"),
-        shows=("separated by semicolons, decimal points",),
-    ),
-    profile(
-        "libreoffice-quoted.csv",
-        "LibreOffice Calc, CSV with every text cell quoted",
-        lines('"X [mm]","Z [µm]"', rows=[f'"{comma(x)}","{comma(z)}"' for x, z in ROWS]),
-        "utf-8",
-        shows=("separated by commas, decimal commas",),
-    ),
-    profile(
-        "libreoffice-doubled-quotes.csv",
-        "LibreOffice Calc, a quoted header that holds doubled quotes",
-        lines('"part ""A"", left";', '"X [mm]";"Z [um]"', rows=rows(";")),
-    ),
-    profile(
-        "excel-japanese.csv",
-        "Excel with Japanese settings: Shift JIS",
-        lines("距離 [mm],高さ [μm]", rows=rows(","), end="\r\n"),
-        "cp932",
-        shows=("Shift JIS", "距離: x in mm; 高さ: height in µm"),
-    ),
-    profile(
-        "excel-chinese.txt",
-        "Excel with Chinese settings: GB 18030",
-        lines("位置[mm]\t高度[μm]", rows=rows("\t"), end="\r\n"),
-        "gb18030",
-        shows=("GB 18030", "位置: x in mm; 高度: height in µm"),
-    ),
-    profile(
-        "excel-chinese-nm.csv",
-        "Excel with Chinese settings, heights in nm: GB 18030 without a sign for micro",
-        lines("位置(mm),高度(nm)", rows=[f"{x},{nanometres(z)}" for x, z in ROWS], end="\r\n"),
-        "gb18030",
-    ),
-    profile(
-        "excel-japanese-nm.csv",
-        "Excel with Japanese settings, heights in nm: Shift JIS without a sign for micro",
-        lines("距離(mm),高さ(nm)", rows=[f"{x},{nanometres(z)}" for x, z in ROWS], end="\r\n"),
-        "cp932",
-    ),
-    profile(
-        "excel-russian.csv",
-        "Excel with Russian settings: Windows 1251, units after a comma",
-        lines("Расстояние, мм;Высота, мкм", rows=rows(";", comma), end="\r\n"),
-        "cp1251",
-        shows=("Windows 1251", "Расстояние: x in mm; Высота: height in um"),
-    ),
-    profile(
-        "excel-czech.csv",
-        "Excel with Czech settings: Windows 1250",
-        lines("Délka [mm];Výška [µm]", rows=rows(";", comma), end="\r\n"),
-        "cp1250",
-    ),
-    profile(
-        "excel-french-groups.csv",
-        "Excel with French settings: no-break spaces between thousands, decimal commas",
-        lines(
-            "Position (mm);Hauteur (nm)",
-            rows=[f"{comma(x)};{1000 * z:_.1f}".replace(".", ",").replace("_", "\u202f") for x, z in ROWS],
-        ),
-        "utf-8",
-    ),
-    profile(
-        "excel-swiss-groups.csv",
-        "Excel with Swiss settings: apostrophes between thousands",
-        lines("Position [mm];Höhe [nm]", rows=[f"{x};{1000 * z:_.1f}".replace("_", "\u2019") for x, z in ROWS]),
-        "utf-8",
-    ),
-    profile(
-        "excel-german-groups.csv",
-        "Excel with German settings: points between thousands, decimal commas",
-        lines(
-            "X [mm];Z [nm]", rows=[f"{comma(x)};{1000 * z:_.1f}".replace(".", ",").replace("_", ".") for x, z in ROWS]
-        ),
-        shows=("decimal commas",),
-    ),
-    profile(
-        "excel-us-groups.csv",
-        "Excel with US settings: quoted numbers with commas between thousands",
-        lines("X [mm],Z [nm]", rows=[f'{x},"{1000 * z:,.1f}"' for x, z in ROWS]),
-        shows=("decimal points",),
-    ),
-    profile(
-        "excel-minus-sign.txt",
-        "numbers copied from a web page or a report: U+2212 as the minus sign",
-        lines("X [mm]\tZ [µm]", rows=[row.replace("-", "\u2212") for row in rows("\t")]),
-        "utf-8",
-    ),
-    profile(
-        "excel-empty-columns.csv",
-        "Excel, CSV with empty columns at the end of each line",
-        lines("X [mm];Z [um];;", rows=rows(";", after=";;"), end="\r\n"),
-    ),
-    profile(
-        "numbers-one-line-without-end.txt",
-        "an editor: no line end after the last line",
-        lines("x (mm) z (um)", rows=rows(" ")).rstrip(),
-    ),
-    profile(
-        "two-editors.txt",
-        "a file joined from two systems: LF and CRLF mixed, blank lines",
-        "X [mm]\tZ [um]\r\n" + "".join(row + ("\r\n\n" if place % 2 else "\n") for place, row in enumerate(rows("\t"))),
-    ),
-    profile(
-        "dos-end-of-file.txt",
-        "programs of MS-DOS: Ctrl-Z after the last line",
-        lines("X [mm]\tZ [um]", rows=rows("\t"), end="\r\n", last="\x1a"),
-    ),
-    # Ways to write numbers
-    profile(
-        "c-exponents.txt",
-        "C, printf with %+.6e",
-        lines("X [mm]\tZ [um]", rows=rows("\t", lambda value: f"{value:+.6e}")),
-    ),
-    profile(
-        "fortran-exponents.dat",
-        "Fortran, double precision with D",
-        lines("! x/mm z/um", rows=rows("  ", lambda value: f"{value:.8E}".replace("E", "D"))),
-    ),
-    profile(
-        "bare-points.txt",
-        "BASIC and Fortran: .5 and 5. without the other digits",
-        lines("X [mm]\tZ [um]", rows=rows("\t", bare)),
-    ),
-    profile(
-        "aligned-columns.prn",
-        "Excel, formatted text (PRN): columns aligned by spaces",
-        lines("   X [mm]    Z [um]", rows=[f"{x:9.3f}{z:10.3f}" for x, z in ROWS], end="\r\n"),
-    ),
-    profile(
-        "bars.txt",
-        "databases, psql: columns divided by bars",
-        lines(" x (mm) | z (um) ", "--------+--------", rows=rows(" | ", before=" ", after=" ")),
-        shows=("separated by bars",),
-    ),
     # Ways to write units
     profile("units-brackets.txt", "many styluses: X [mm]", lines("X [mm]\tZ [um]", rows=rows())),
     profile("units-stroke.txt", "DIN 461, Origin: Length/mm", lines("Length/mm\tHeight/um", rows=rows())),
@@ -381,23 +194,100 @@ PROFILES: tuple[UsualFile, ...] = (
         "gnuplot: comments between the numbers",
         lines("# X [mm]\tZ [um]", rows=["# first half", *rows()[:4], "# second half", *rows()[4:]]),
     ),
-    # Missing points
-    *(
-        profile(
-            f"missing-{name}.txt",
-            f"a stylus that lost the surface: {what}",
-            lines(*header, rows=[f"{x};{text if place == 3 else z}" for place, (x, z) in enumerate(ROWS)]),
-            heights=(*Z[:3], (Z[2] + Z[4]) / 2.0, *Z[4:]),
-            options={"missing": "fill"},
-            shows=("missing points", "1, filled"),
-        )
-        for name, what, text, header in (
-            ("nan", "NaN", "NaN", ("X [mm];Z [um]",)),
-            ("na", "#N/A of Excel", "#N/A", ("X [mm];Z [um]",)),
-            ("empty", "an empty cell", "", ("X [mm];Z [um]",)),
-            ("bad", "BAD, as in SDF", "BAD", ("X [mm];Z [um]",)),
-            ("stars", "stars of Fortran and Zygo", "***", ("X [mm];Z [um]",)),
-            ("number", "a number that the header states", "-9999", ("No data: -9999", "X [mm];Z [um]")),
-        )
+    profile(
+        "count-and-step-first.txt",
+        "old programs: the number of points and the step, and then the names",
+        lines("8", "0.125", "X [mm]\tZ [um]", rows=rows()),
+    ),
+    profile(
+        "page-headers.txt",
+        "print-outs: the names of the columns again on each page",
+        lines("X [mm]\tZ [um]", rows=[*rows()[:4], "X [mm]\tZ [um]", *rows()[4:]]),
+    ),
+    profile(
+        "empty-first-column.csv",
+        "Excel, a table that begins in column B, with an empty row below",
+        lines(";X [mm];Z [um]", rows=rows(";", before=";"), last=";;\n"),
+    ),
+    profile(
+        "time-column.csv",
+        "LabVIEW: a time and a height: the distance between points is given",
+        lines("Time [s];Z [um]", rows=[f"{place / 50};{z}" for place, z in enumerate(Z)]),
+        options={"pixel": "125 um"},
+        shows=("Time: not read; Z: height in um",),
+    ),
+    profile(
+        "counted-points.txt",
+        "styluses: number, x and height without names",
+        lines(rows=[f"{place} {x} {z}" for place, (x, z) in enumerate(ROWS)]),
+        options=MM_UM,
+        shows=("column 1: not read; column 2: x in mm; column 3: height in um",),
+    ),
+    profile(
+        "heights-with-pitch.txt",
+        "Mitutoyo: results and the pitch above one column of heights",
+        lines("Ra\t0.45\tum", "Rz\t2.10\tum", "Data pitch\t125.000\tum", rows=[str(z) for z in Z]),
+        options={"unit": "um"},
+        shows=("spacing 125 um", "column 1: height in um"),
+    ),
+    profile(
+        "kilo-angstrom.txt",
+        "KLA Tencor: heights in kÅ",
+        lines("Scan (um)\tHeight (kÅ)", rows=[f"{1000 * x:g}\t{10 * z:g}" for x, z in ROWS]),
+        "cp1252",
+    ),
+    profile(
+        "units-french.csv",
+        "French reports: millimètre, micromètre",
+        lines("Position (millimètre);Hauteur (micromètre)", rows=rows(";", comma)),
+        "cp1252",
+    ),
+    profile(
+        "units-squared.txt",
+        "Japanese programs: ㎜ and ㎛ as one sign each",
+        lines("位置 [㎜]\t高さ [㎛]", rows=rows()),
+        "utf-8",
+    ),
+    profile(
+        "korean.txt",
+        "Excel with Korean settings: code page 949",
+        lines("거리 [mm]\t높이 [㎛]", rows=rows()),
+        "cp949",
+        shows=("code page 949", "높이: height in µm"),
+    ),
+    profile(
+        "taiwanese.txt",
+        "Excel with settings of Taiwan: Big5",
+        lines("距離 [mm]\t高度 [μm]", rows=rows()),
+        "big5",
+        shows=("Big5", "高度: height in µm"),
+    ),
+    profile(
+        "unix-japanese.txt",
+        "programs on Unix in Japan: EUC-JP",
+        lines("距離 [mm]\t高さ [μm]", rows=rows()),
+        "euc_jp",
+        shows=("EUC-JP",),
+    ),
+    profile(
+        "russian-koi8.txt",
+        "programs on Unix in Russia: KOI8-R",
+        lines("Длина [мм];Высота [мкм]", rows=rows(";")),
+        "koi8-r",
+        shows=("KOI8-R",),
+    ),
+    profile(
+        "russian-dos.txt",
+        "programs of MS-DOS in Russia: code page 866",
+        lines("Длина [мм];Высота [мкм]", rows=rows(";")),
+        "cp866",
+        shows=("code page 866",),
+    ),
+    profile(
+        "utf-16-big-endian.txt",
+        "Java and Macintosh: UTF-16, big-endian, without a mark",
+        lines("X [mm]\tZ [um]", rows=rows()),
+        "utf-16-be",
+        shows=("UTF-16 without a mark",),
     ),
 )
