@@ -69,6 +69,8 @@ OTHER_PROGRAMS += (
     b"#?RADIANCE",
     b"#?RGBE",
     b"#usda",
+    b"P7\n",
+    b"PF\n",
 )
 
 

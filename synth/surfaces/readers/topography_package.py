@@ -29,7 +29,8 @@ LARGEST_UNPACKED = 2**28  # bytes of all files in a ZIP file: twice MOST_POINTS 
 MOST_MEMORY = 2**30  # bytes: MOST_POINTS heights eight times; a false size in a header could allocate any amount
 HEAD_BYTES = 512  # from which the package recognises a format
 STEPS_WITHIN = 1e-3  # permitted deviation of a profile's steps from their mean, relative to the mean
-READERS_OF_TEXT = ((rb"\*File list", "DIReader"),)  # that the package leaves to the ending of the name
+READERS_OF_TEXT = ((rb"\*File list", "DIReader"), (b"Wyko ASCII", "AscReader"))  # told by the beginning, not the name
+OWN_TEXT = ("AscReader", "XYZReader")  # what `text` declines is no such text
 FORMATS_OF_PACKAGE = ("HDF5", "MATLAB", "NetCDF", "ZIP", "Bruker", "XLSX", "NPZ", "XML")  # it reads some of these
 INSTRUMENTS = (
     (0, b"DIGITAL SURF", "a SUR file of Digital Surf"),
@@ -99,6 +100,7 @@ def read(path: Path, ending: str) -> SurfaceFile:
         if match is MagicMatch.MAYBE
         and ending.removeprefix(".") in (reader.file_extensions() or ())
         and reader not in fitting
+        and reader.__name__ not in OWN_TEXT
     ]
     if not fitting:
         refuse_unknown(head, ending, path)

@@ -179,6 +179,20 @@ REFUSED: tuple[UsualFile, ...] = (
     refused(
         "complex.tif", "radar: complex numbers", tiff(np.ones((3, 4), np.complex64), photometric="minisblack"), "TIFF"
     ),
+    refused(
+        "cmyk.tif",
+        "a print shop: TIFF in CMYK",
+        saved("TIFF", "CMYK"),
+        "CMYK",
+    ),
+    refused(
+        "scale-without-unit.tif",
+        "a TIFF with the size of a pixel, without its unit",
+        tiff(np.array(GRID, np.float32), extratags=[(33550, "d", 3, (0.05, 0.05, 0.0), True)]),
+        "has no unit",
+        options={"unit": "um"},
+    ),
+    refused("map.pam", "Netpbm: PAM", b"P7\nWIDTH 4\nHEIGHT 3\nDEPTH 1\nMAXVAL 255\nENDHDR\n" + bytes(12), "PAM"),
     # Arrays, tables, meshes, sounds, packed files
     refused("scalar.npy", "NumPy: one number", npy(np.float64(1.0)), "dimensions"),
     refused("cube.npy", "NumPy: three dimensions", npy(np.zeros((2, 3, 4))), "3 dimensions"),
