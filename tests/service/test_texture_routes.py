@@ -21,6 +21,7 @@ from service.compute.import_process import Imports
 from service.engine import SynthEngine
 from synth.scene.catalogue import catalogue_names
 from tests.service.harness import ask, problem, settings_of
+from tests.synth.surfaces.readers.refused_files import REFUSED
 
 HEIGHTS = 20.0 * np.sin(2.0 * np.pi * np.arange(200) / 200)  # um
 SCAN = "\n".join(map(repr, HEIGHTS.tolist())).encode()
@@ -150,6 +151,16 @@ def test_a_form_in_another_charset_is_refused(own: FastAPI, charset: str) -> Non
     body = b"--x\r\nContent-Disposition: " + disposition + b"\r\n\r\n1\r\n--x--\r\n"
     document = problem(ask(own, "POST", "/v1/textures", content=body, headers=headers), 422, "request-refused")
     assert charset in document["detail"] and "UTF-8" in document["detail"]
+
+
+@pytest.mark.usefixtures("read_here")
+def test_of_files_that_are_refused_nothing_is_kept_and_nothing_is_lost(own: FastAPI) -> None:
+    kept = post(own).json()["address"]
+    for one in REFUSED:
+        answer = post(own, one.content, one.name, data={**one.options, "name": "refused"})
+        told = problem(answer, answer.status_code, "request-refused" if answer.status_code == 422 else "cannot-render")
+        assert answer.status_code == 422 or "surfaces" in str(told), one.name
+    assert names(own) == ["cloth"] and ask(own, "GET", "/v1/textures/cloth").json()["address"] == kept
 
 
 @pytest.mark.usefixtures("read_here")

@@ -91,6 +91,8 @@ SIGNATURES: tuple[tuple[int, bytes, str, str], ...] = (
     (0, b"MZ", "a program", "Import the file of heights."),
     (0, b"\x7fELF", "a program", "Import the file of heights."),
     (0, b"\x93NUMPY", "a damaged NPY file", "Save it again."),
+    (0, b"Gwyddion Simple Field", "a field of Gwyddion (GSF)", "Save it as GWY, or as text."),
+    (0, b"Gwyddion XYZ Field", "points of Gwyddion (GXYZF)", "Save them as text."),
     (0, b"\\*File list", "a file of Bruker, Veeco or Digital Instruments", OWN),
     (0, b"\\*Force file list", "a force curve of Bruker", "Import the file of the topography."),
     (0, b"PK\x03\x04", "a packed file (ZIP)", UNPACK),
@@ -110,6 +112,7 @@ IN_ZIP = (
     ("3D/", "a mesh (3MF)", MESH),
     ("content.xml", "a document or a spreadsheet of LibreOffice", TABLE),
 )
+TRIANGLES = 84  # place of the first of the triangles of an STL file, of 50 bytes each
 BY_ENDING = {
     ".stl": ("a mesh (STL)", MESH),
     ".obj": ("a mesh (OBJ)", MESH),
@@ -142,6 +145,9 @@ def known(head: bytes, ending: str, path: Path | None) -> tuple[str, str] | None
     for place, signature, what, hint in SIGNATURES:
         if start[place : place + len(signature)] == signature:
             return what, hint
+    triangles = int.from_bytes(head[TRIANGLES - 4 : TRIANGLES], "little")
+    if path and triangles and path.stat().st_size == TRIANGLES + 50 * triangles:
+        return "a mesh (STL)", MESH
     if is_json(start):
         return "JSON, or lists in brackets", LINES
     markup = start.lstrip().lower()

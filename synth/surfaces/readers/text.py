@@ -47,7 +47,6 @@ LONGEST_HEADER = 1000  # characters of a line of the header that are looked at
 WITH_UNIT = re.compile(r"[+-]?[0-9.,]+ ?(?:[mnuµμ]?m|in|mil)")
 EMPTY_CELLS = re.compile(r"(?=.*[^\s])[\s;,|\"]+")
 SAMPLE = 100  # lines that decide how the numbers are written
-OF_PACKAGE = (".spm", ".nid", ".ezd", ".bcr", ".bcrf", ".cur", ".stp", ".tom", ".top", ".sdf", ".ibw", ".mi", ".gsf")
 OTHER_PROGRAMS: tuple[bytes, ...] = (
     rb"\*File list",
     rb"\*Force file list",
@@ -56,6 +55,10 @@ OTHER_PROGRAMS: tuple[bytes, ...] = (
     b"bISO-1.0",
     b"fileformat",
     b"WSxM",
+    b"[DataSet]",
+    b"fileType",
+    b"Gwyddion Simple Field",
+    b"Gwyddion XYZ Field",
 )
 OTHER_PROGRAMS += (
     b"ply\n",
@@ -74,11 +77,11 @@ OTHER_PROGRAMS += (
 )
 
 
-def fits(head: bytes, ending: str) -> bool:
+def fits(head: bytes, _ending: str) -> bool:
     """Return whether the file begins with text that is not the header of a format of another program."""
     start = head.lstrip(b"\xef\xbb\xbf \r\n")
     is_other = mesh_as_text(head) or is_json(start) or (start.startswith(b"solid") and b"facet" in head)
-    return is_text(head) and ending not in OF_PACKAGE and not start.startswith(OTHER_PROGRAMS) and not is_other
+    return is_text(head) and not start.startswith(OTHER_PROGRAMS) and not is_other
 
 
 def read(path: Path, _ending: str) -> SurfaceFile:

@@ -15,8 +15,8 @@ import re
 from dataclasses import dataclass, field, replace
 from math import nan
 
-from synth.surfaces.readers.number_forms import PLAIN, Form, NotANumber
-from synth.surfaces.readers.surface_file import UNITS, refuse_file, unit_named
+from synth.surfaces.readers.number_forms import Form, NotANumber
+from synth.surfaces.readers.surface_file import refuse_file, unit_named
 
 NUMBER = r"[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]{1,4})?"
 NOT_LENGTHS = re.compile(
@@ -240,11 +240,3 @@ def _column(cell: str) -> Column:
     if match and unit_named(match[2]) and match[1]:
         return Column(match[1], unit_named(match[2]))
     return Column(cell)
-
-
-def is_number(text: str) -> bool:
-    """Return whether `text` is a number with a point."""
-    return bool(PLAIN["."].fullmatch(text))
-
-
-assert "um" in UNITS

@@ -212,7 +212,12 @@ REFUSED: tuple[UsualFile, ...] = (
     ),
     refused("arrays.h5", "HDF5", b"\x89HDF\r\n\x1a\n" + bytes(90), "HDF5"),
     refused("image.dcm", "DICOM", bytes(128) + b"DICM" + bytes(40), "DICOM"),
-    refused("mesh.stl", "CAD: STL as bytes", b"binary".ljust(80) + struct.pack("<I", 1) + bytes(50), "STL"),
+    refused(
+        "field.gsf", "Gwyddion, simple field", b"Gwyddion Simple Field 1.0\nXRes = 2\nYRes = 2\n\0\0" + bytes(16), "GSF"
+    ),
+    refused(
+        "mesh.bin", "CAD: STL as bytes, named otherwise", b"binary".ljust(80) + struct.pack("<I", 1) + bytes(50), "STL"
+    ),
     refused("mesh-text.stl", "CAD: STL as text", "solid part\nfacet normal 0 0 1\nouter loop\n", "STL"),
     refused("mesh.obj", "Blender: OBJ", "# Blender\nmtllib a.mtl\no a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "OBJ"),
     refused("mesh.ply", "scanners: PLY", PLY, "PLY"),

@@ -45,6 +45,15 @@ def test_heights_and_sizes_are_those_of_the_file(one: UsualFile, tmp_path: Path)
         assert words in told
 
 
+@pytest.mark.parametrize("ending", ["", ".dat", ".sdf", ".png", ".stl"])
+def test_contents_decide_and_not_the_name(ending: str, tmp_path: Path) -> None:
+    for one in READ[:: 1 if not ending else 7]:
+        path = tmp_path / f"scan{ending}"
+        path.write_bytes(one.content)
+        found = import_surface(path, read_options(one.options))
+        np.testing.assert_allclose(found.heights, one.wanted, rtol=0.0, atol=one.within * np.ptp(one.wanted))
+
+
 @pytest.mark.parametrize("one", REFUSED, ids=[one.name for one in REFUSED])
 def test_a_refusal_says_what_the_file_is(one: UsualFile, tmp_path: Path) -> None:
     try:

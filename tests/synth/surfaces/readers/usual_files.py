@@ -32,7 +32,6 @@ class UsualFile:
     refusal: words of the message of a file that is refused.
     within: permitted difference of the heights, relative to their range.
     step_within: permitted difference of the spacing, relative to it.
-    extra: whether the form is read by the extra `surfaces`.
     """
 
     name: str
@@ -45,7 +44,6 @@ class UsualFile:
     refusal: str = ""
     within: float = 1e-9
     step_within: float = 1e-9
-    extra: bool = False
 
     @property
     def wanted(self) -> np.ndarray[Any, Any]:
