@@ -70,7 +70,7 @@ _BY_SPELLING |= {name.lower(): name for name in UNITS if name not in ("A", "m")}
 def unit_named(text: str) -> str | None:
     """Return the unit of length that `text` is, a key of UNITS, or None. Capitals are not told apart, but A and m."""
     text = unicodedata.normalize("NFKC", text.strip().rstrip(".").replace("\\u00B5", "\u00b5"))  # ㎛ is μm
-    text = text.replace("\u03bc", "\u00b5")
+    text = text.replace("\u03bc", "\u00b5").replace("\u00c2\u00b5", "\u00b5")  # UTF-8 that was read as Latin-1
     if text in UNITS:
         return text
     return _BY_SPELLING.get(text.lower())

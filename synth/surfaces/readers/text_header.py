@@ -67,6 +67,8 @@ KEYS = {
 _VALUE = rf"\s*(?:[\[(](?P<of_key>[^\])]*)[\])])?\s*(?P<sign>[:=;,\t|]|\bis\b)?\s*(?P<number>{NUMBER})?\s*[;,\t]?\s*"
 _VALUE += r"[\[(]?(?P<unit>[^\s;,\t\])]*)"
 STATED = {key: re.compile(rf"(?i)(?:^|[\s#%;,]){words}{_VALUE}") for key, words in KEYS.items()}
+UNITS_OF_ROW = re.compile(r"(?i:units?|einheit(?:en)?|unités?|-+)")  # before the units of a row, or for none
+OF_TWO = re.compile(r"(?i)\W*units?\s*[:=]\s*([^\s,;]+)\s*[,;]\s*([^\s,;]+)\s*")  # Units: mm, um
 BEGINS_AS_NUMBER = re.compile(r"[+-]?[0-9.,]+(?:\s|$)")  # a value, which is no name of a column
 _PREFIX = re.compile(r"^[\s#%!'/*;]+")
 _BRACKETS = re.compile(r"(.*?)[\s_:,;/]*[\[({<]\s*(?:in\s+)?([^\])}>]*?)\s*[\])}>]\s*")
@@ -121,7 +123,8 @@ class Header:
 
 def header_of(lines: list[str], form: Form, columns: int) -> Header:
     """Return what `lines` state. Raises InvalidRequest for heights that are no lengths, and for a factor."""
-    named = _columns(lines, form, columns)
+    total, lines = len(lines), _joined(lines)
+    named = _columns(lines, form, columns) or _beside_counts(lines, form, columns)
     values: dict[str, tuple[str, str]] = {}
     for line in lines:
         text = line.replace('"', "").strip()
@@ -129,8 +132,31 @@ def header_of(lines: list[str], form: Form, columns: int) -> Header:
             match = pattern.search(text)
             if match and key not in values and (found := _value(key, match, text)):
                 values[key] = found
+        if pair := OF_TWO.fullmatch(text):
+            of_x, of_heights = map(unit_named, pair.groups())
+            if of_x and of_heights:
+                values = {"unit x": ("", of_x), "unit": ("", of_heights)} | values
     _check_factor(values)
-    return Header(named, values, len(lines), _axis(lines[-1:], form, columns))
+    if lines and (alone := unit_named(lines[-1].strip(" []()#"))):
+        values.setdefault("unit of all", ("", alone))
+    return Header(named, values, total, _axis(lines[-1:], form, columns))
+
+
+def _joined(lines: list[str]) -> list[str]:
+    """Return the lines, with those joined whose quotes hold the end of a line."""
+    joined: list[str] = []
+    for line in lines:
+        if joined and joined[-1].count('"') % 2:
+            joined[-1] += f" {line}"
+        else:
+            joined.append(line)
+    return joined
+
+
+def _beside_counts(lines: list[str], form: Form, count: int) -> tuple[Column, ...]:
+    """Return the columns if all but the first have names with units: R writes no name above the numbers of rows."""
+    named = _columns(lines[-1:], form, count - 1) if count > 2 else ()
+    return (Column("number"), *named) if named and all(one.unit for one in named) else ()
 
 
 def _axis(last: list[str], form: Form, count: int) -> tuple[float, ...]:
@@ -153,6 +179,8 @@ def _value(key: str, match: re.Match[str], line: str) -> tuple[str, str] | None:
         stated = stated or (match["of_key"] or "")
         if not stated or number:
             return None
+        if key == "unit of all" and len(set(filter(None, map(unit_named, re.split(r"[\s;,/|]+", line))))) > 1:
+            return None  # a row of units
         if unit_named(stated) is None and NOT_LENGTHS.fullmatch(stated):
             refuse_file(f"{match[0].strip()[:60]!r}", "a unit of length", "Export heights, in um.")
         return ("", stated) if unit_named(stated) else None
@@ -185,7 +213,8 @@ def _columns(lines: list[str], form: Form, count: int) -> tuple[Column, ...]:
         if cells is None or len(re.findall("[:=]", line)) == 1:  # a key with its value
             continue
         found = [_unit_alone(cell) for cell in cells]
-        if units is None and any(found) and all(unit or not cell for unit, cell in zip(found, cells, strict=True)):
+        others = [cell for unit, cell in zip(found, cells, strict=True) if cell and not unit]
+        if units is None and any(found) and all(UNITS_OF_ROW.fullmatch(cell) for cell in others):
             units = found
         elif any(re.search(r"[^\W\d_]", cell) for cell in cells) and not any(map(BEGINS_AS_NUMBER.match, cells)):
             named.append([_column(cell) for cell in cells])
@@ -201,6 +230,7 @@ def _cells(line: str, form: Form, count: int) -> list[str] | None:
     """Return the cells of a line of names or units, or None if it does not have `count` of them."""
     text = _PREFIX.sub("", line).strip().replace('"', "")
     if count == 1:
+        text = text.rstrip(",;| ")
         is_name = len(text) < 60 and not re.search(r"[:=]", text) and not _VALUE_WITH_UNIT.fullmatch(text)
         return [text] if is_name else None
     if line.count(form.separator) == count - 1 and form.separator != " ":

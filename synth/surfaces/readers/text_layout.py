@@ -69,6 +69,9 @@ def _roles(header: Header, values: np.ndarray[Any, Any]) -> tuple[str, ...] | No
     named = [column.role for column in header.columns]
     if is_sized and count > 1:
         return None
+    if "x" in named and "height" not in named:
+        with_unit = [place for place, one in enumerate(header.columns) if one.unit in UNITS and not one.role]
+        named = ["height" if place in with_unit[:1] else role for place, role in enumerate(named)]
     if "height" in named and {"x", "index"} & set(named):
         return _named(named)
     if count <= 3 and "x" in named and named.count("y") == 1 and "height" not in named and count == 2:
@@ -210,6 +213,7 @@ def _grid(values: np.ndarray[Any, Any], header: Header, said: str) -> SurfaceFil
     unit = header.unit("unit") or header.unit("unit of all")
     channel = header.values.get("channel", ("", ""))[1]
     axes = _axes(values)
+    counted = axes is not None and _counts_points(values[0, 1:]) and _counts_points(values[1:, 0])
     if axes is not None:
         values = values[1:, 1:]
     rows, columns = values.shape
@@ -225,7 +229,11 @@ def _grid(values: np.ndarray[Any, Any], header: Header, said: str) -> SurfaceFil
     heights, missing = finite_heights(values)
     layout = f"a grid of {rows} rows and {columns} columns{said}"
     notes: tuple[str, ...] = ()
-    if axes is None and _has_equal_steps(values[1:, 0]) and _has_equal_steps(values[0, 1:]):
+    if counted:
+        notes, axes = ("The first row and the first column count the points, and were not read",), None
+    elif axes is None and _counts_points(values[0]):
+        notes = ("Its first row is 0, 1, 2, ... or 1, 2, 3, ...: if it names the columns, remove it",)
+    elif axes is None and _has_equal_steps(values[1:, 0]) and _has_equal_steps(values[0, 1:]):
         notes = ("Its first row and its first column have equal steps. If they are x and y, leave the corner empty",)
     elif axes is None and rows > columns and _has_equal_steps(values[:, 0]):
         notes = ("Its first column has equal steps. If it is x, name the columns in a line above the numbers",)

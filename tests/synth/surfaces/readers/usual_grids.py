@@ -181,6 +181,13 @@ GRIDS: tuple[UsualFile, ...] = (
         options=AREA,
     ),
     grid(
+        "pandas-matrix.csv",
+        "pandas, to_csv of a matrix: numbers of columns above, numbers of rows beside it",
+        lines(",0,1,2,3", rows=[f"{place}," + ",".join(row) for place, row in enumerate(TOP_ROWS)]),
+        options=AREA,
+        shows=("count the points, and were not read",),
+    ),
+    grid(
         "trailing-tabs.txt",
         "LabVIEW: a tab after each number",
         lines(rows=[row + "\t" for row in joined("\t")], end="\r\n"),

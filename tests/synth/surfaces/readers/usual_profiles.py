@@ -290,4 +290,40 @@ PROFILES: tuple[UsualFile, ...] = (
         "utf-16-be",
         shows=("UTF-16 without a mark",),
     ),
+    profile(
+        "names-of-two-lines.csv",
+        "Excel, names with a line break inside the cell",
+        '"Position\n[mm]";"Height\n[um]"\n' + lines(rows=rows(";")),
+        shows=("Position: x in mm; Height: height in um",),
+    ),
+    profile(
+        "units-twice-encoded.txt",
+        "UTF-8 that a program read as Latin-1 and wrote as UTF-8",
+        lines("X [mm]\tZ [\u00c2\u00b5m]", rows=rows()),
+        "utf-8",
+    ),
+    profile(
+        "origin-rows.txt",
+        "Origin, ASCII export with long names, a row of units and labels before them",
+        lines("Long Name\tDistance\tHeight", "Units\tmm\tum", rows=rows(before="\t")),
+        shows=("Distance: x in mm; Height: height in um",),
+    ),
+    profile(
+        "r-table.txt",
+        "R, write.table: row numbers without a name",
+        lines('"x_mm" "z_um"', rows=[f'"{place}" {x} {z}' for place, (x, z) in enumerate(ROWS, 1)]),
+        shows=("number: not read; x: x in mm; z: height in um",),
+    ),
+    profile(
+        "p-w-r.csv",
+        "ISO 4287 software: primary, waviness and roughness profiles beside each other",
+        lines("X(mm),P(um),W(um),R(um)", rows=[f"{x},{z},0,{z}" for x, z in ROWS]),
+        shows=("P: height in um; W: not read; R: not read",),
+    ),
+    profile(
+        "units-of-both.txt",
+        "reports: Units: mm, um",
+        lines("Units: mm, um", rows=rows(" ")),
+        shows=("column 1: x in mm; column 2: height in um",),
+    ),
 )
