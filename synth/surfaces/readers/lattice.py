@@ -160,7 +160,7 @@ def _fitted(levels: np.ndarray[Any, Any], at: np.ndarray[Any, Any]) -> Lattice:
 
 def _rounding(resolution: float, lattice: Lattice) -> float:
     """Return the deviation from its place, in steps, that rounding alone can give a coordinate."""
-    return min(0.5, 0.51 * resolution / lattice.spacing)
+    return min(0.5, 0.75 * resolution / lattice.spacing)  # 0.5, and what the line of least squares adds
 
 
 def _resolution(values: np.ndarray[Any, Any]) -> float:

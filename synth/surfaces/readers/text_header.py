@@ -66,7 +66,13 @@ KEYS = {
 }
 _VALUE = rf"\s*(?:[\[(](?P<of_key>[^\])]*)[\])])?\s*(?P<sign>[:=;,\t|]|\bis\b)?\s*(?P<number>{NUMBER})?\s*[;,\t]?\s*"
 _VALUE += r"[\[(]?(?P<unit>[^\s;,\t\])]*)"
-STATED = {key: re.compile(rf"(?i)(?:^|[\s#%;,]){words}{_VALUE}") for key, words in KEYS.items()}
+_BEFORE = r"(?:^|[\s#%;,])"
+_BEFORE_UNIT = r"(?:^|[#%;,|])[\s#%!'/*]*"  # "Axis unit" and "x data unit" are not "unit" and "data unit"
+STATED = {
+    key: re.compile(rf"(?i){_BEFORE_UNIT if key.startswith('unit') else _BEFORE}{words}{_VALUE}")
+    for key, words in KEYS.items()
+}
+OF_OTHER_AXIS = re.compile(r"(?i)\b(?:y|z|time|vertical|height|stylus|cut-?off|wave)[\s_-]*")
 UNITS_OF_ROW = re.compile(r"(?i:units?|einheit(?:en)?|unités?|-+)")  # before the units of a row, or for none
 OF_TWO = re.compile(r"(?i)\W*units?\s*[:=]\s*([^\s,;]+)\s*[,;]\s*([^\s,;]+)\s*")  # Units: mm, um
 BEGINS_AS_NUMBER = re.compile(r"[+-]?[0-9.,]+(?:\s|$)")  # a value, which is no name of a column
@@ -130,6 +136,8 @@ def header_of(lines: list[str], form: Form, columns: int) -> Header:
         text = line.replace('"', "").strip()
         for key, pattern in STATED.items():
             match = pattern.search(text)
+            if match and key == "step" and OF_OTHER_AXIS.search(text[: match.start() + 1]):
+                continue
             if match and key not in values and (found := _value(key, match, text)):
                 values[key] = found
         if pair := OF_TWO.fullmatch(text):
@@ -179,7 +187,10 @@ def _value(key: str, match: re.Match[str], line: str) -> tuple[str, str] | None:
         stated = stated or (match["of_key"] or "")
         if not stated or number:
             return None
-        if key == "unit of all" and len(set(filter(None, map(unit_named, re.split(r"[\s;,/|]+", line))))) > 1:
+        if (
+            key == "unit of all"
+            and len(set(filter(None, map(unit_named, re.split(r"[\s;,/|]+", line[match.start("unit") :]))))) > 1
+        ):
             return None  # a row of units
         if unit_named(stated) is None and NOT_LENGTHS.fullmatch(stated):
             refuse_file(f"{match[0].strip()[:60]!r}", "a unit of length", "Export heights, in um.")

@@ -117,10 +117,9 @@ def _of_columns(values: np.ndarray[Any, Any], roles: tuple[str, ...], header: He
         if role and one.of_else:
             refuse_file(f"a column {one.of_else[:60]!r}", "columns in a unit of length", "Export x and heights in um.")
     units = [one.unit for one in columns]
-    of_heights = units[roles.index("height")] or header.unit("unit") or header.unit("unit of all")
+    of_ordinate = None if "y" in roles else header.unit("unit y")
+    of_heights = units[roles.index("height")] or header.unit("unit") or of_ordinate or header.unit("unit of all")
     along = header.unit("unit x") or header.unit("unit of all")
-    if "y" not in roles:
-        of_heights = of_heights or header.unit("unit y")  # the ordinate of a profile
     if "x" in roles:
         along = units[roles.index("x")] or along
         values = _in_unit_of_x(values, roles, units)

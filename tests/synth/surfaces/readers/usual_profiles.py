@@ -326,4 +326,22 @@ PROFILES: tuple[UsualFile, ...] = (
         lines("Units: mm, um", rows=rows(" ")),
         shows=("column 1: x in mm; column 2: height in um",),
     ),
+    profile(
+        "axis-units.txt",
+        "oscilloscope-like exports: one line for the unit of each axis",
+        lines("X Axis Unit: mm", "Y Axis Unit: um", "Data:", rows=rows(" ")),
+        shows=("column 1: x in mm; column 2: height in um",),
+    ),
+    profile(
+        "all-in-microns.txt",
+        "notes above a table: all values in microns",
+        lines("All values in microns", rows=[f"{1000 * x} {z}" for x, z in ROWS]),
+        shows=("column 1: x in microns; column 2: height in microns",),
+    ),
+    profile(
+        "rounded-to-two-decimals.csv",
+        "Excel, x shown with two decimals: 0.12, 0.25, 0.38",
+        lines("X [mm];Z [um]", rows=[f"{x:.2f};{z}" for x, z in ROWS]),
+        step_within=0.01,
+    ),
 )
