@@ -19,6 +19,12 @@ def npy(values: Any) -> bytes:
     return written.getvalue()
 
 
+def npz(values: Any) -> bytes:
+    written = io.BytesIO()
+    np.savez_compressed(written, heights=values)
+    return written.getvalue()
+
+
 def array(name: str, writer: str, values: Any, heights: Any = GRID, **more: Any) -> UsualFile:
     more = {"options": AREA, "spacing": (STEP, STEP)[: np.ndim(heights)]} | more
     return UsualFile(name, writer, npy(values), heights, **more)
@@ -41,4 +47,5 @@ ARRAYS: tuple[UsualFile, ...] = (
         np.where(VALUES == 0.0, (-2.25 + 1.25 - 1.0 + 2.5) / 4.0, VALUES),
         options=AREA | {"missing": "fill"},
     ),
+    UsualFile("one.npz", "NumPy, savez_compressed of one array", npz(VALUES), GRID, (STEP, STEP), AREA, ("NPZ",)),
 )
