@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
 import os
-import tempfile
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +26,7 @@ def import_texture(
         np.save("comb.npy", 20e-6 * np.sin(np.arange(400) / 8))
         print(rw.import_texture("comb.npy", unit="m", pixel="10 um", dry_run=True)["report"]["peak_to_valley"])
     """
-    from service.compute.import_process import Imports, Uploaded
+    from service.compute.import_process import read_here
     from service.store.own_textures import own_store
     from service.store.store import Quota, check_name, name_from_file
     from synth.surfaces.measurement.import_options import read_options
@@ -38,15 +35,7 @@ def import_texture(
     read_options(options)
     chosen = name_from_file(file.name) if name is None else name
     check_name(chosen)
-    if file.is_file():
-        file.open("rb").close()  # its error names the file
-
-    def read() -> Uploaded:
-        with tempfile.TemporaryDirectory(prefix="ridgewave-") as folder:
-            return asyncio.run(Imports().read(file, file.name, options, Path(folder)))
-
-    with ThreadPoolExecutor(1) as own_loop:  # a notebook has an event loop in this thread already
-        found = own_loop.submit(read).result()
+    found = read_here(file, options)
     if not dry_run:
         own_store().keep("", chosen, found.surface, found.report["kind"], found.report, Quota())
     return {"name": chosen, "kept": not dry_run, "address": found.surface.address, "report": found.report}

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import asyncio
 import base64
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from clients.command_line.exit_codes import DONE, invalid_request
 from clients.command_line.printing import print_json, print_table, say
-from service.compute.import_process import Imports, Uploaded
+from service.compute.import_process import read_here
 from service.store.own_textures import own_store
 from service.store.store import Quota, check_name, name_from_file
 from synth.encode.part_file import write_whole
@@ -28,7 +26,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_name(name)
     if arguments.picture is not None and Path(arguments.picture).suffix != ".png":
         invalid_request("--picture", arguments.picture, "a file name that ends in .png", "Write OUT.png.")
-    found = _read(Path(arguments.file), given)
+    found = read_here(Path(arguments.file), given)
     if arguments.picture is not None:
         write_whole(Path(arguments.picture), base64.b64decode(found.picture))
     kept = None
@@ -43,14 +41,6 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"Note: {note}.")
     say(f"kept as {name}" if kept else f"nothing was kept: without --dry-run it becomes the texture {name}")
     return DONE
-
-
-def _read(path: Path, options: Mapping[str, str | None]) -> Uploaded:
-    """Return the surface in the file at `path`, read in a process of its own: a damaged file can crash its reader."""
-    if path.is_file():
-        path.open("rb").close()  # its error names the file
-    with tempfile.TemporaryDirectory(prefix="ridgewave-") as folder:
-        return asyncio.run(Imports().read(path, path.name, options, Path(folder)))
 
 
 def report_rows(report: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -18,7 +18,9 @@ import os
 import resource
 import signal
 import sys
+import tempfile
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -61,7 +63,7 @@ class Imports:
         for process in self._under_way:
             process.kill()
 
-    async def read(self, path: Path, file: str, options: Mapping[str, str | None], folder: Path) -> Uploaded:
+    async def read(self, path: Path, file: str, options: Mapping[str, Any], folder: Path) -> Uploaded:
         """Return the surface in the file at `path`.
 
         file: name that the user's file has.
@@ -114,6 +116,22 @@ class Imports:
                 process.kill()
                 await process.wait()
         return process.returncode or 0, outcome, messages
+
+
+def read_here(path: Path, options: Mapping[str, Any]) -> Uploaded:
+    """Return the surface in a file of this machine's user.
+
+    Raises InvalidRequest, CannotRender, and OSError if the file cannot be opened.
+    """
+    if path.is_file():
+        path.open("rb").close()  # its error names the file
+
+    def read() -> Uploaded:
+        with tempfile.TemporaryDirectory(prefix="ridgewave-") as folder:
+            return asyncio.run(Imports().read(path, path.name, options, Path(folder)))
+
+    with ThreadPoolExecutor(1) as own_loop:  # a notebook has an event loop in this thread already
+        return own_loop.submit(read).result()
 
 
 def _surface(path: Path, spacing: list[float]) -> SurfaceData:

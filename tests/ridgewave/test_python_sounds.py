@@ -254,6 +254,26 @@ def test_an_import_is_kept_only_if_it_succeeds(tmp_path: Path, monkeypatch: pyte
     assert rw.load(sound.save(tmp_path / "x.flac")).scene.texture.surface == done["address"]
 
 
+def test_an_import_is_resampled_in_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RIDGEWAVE_DATA_FOLDER", str(tmp_path / "data"))
+    path = tmp_path / "stylus.csv"
+    path.write_text("X [um];Z [um]\n0;0\n1;2\n2.3;4.6\n4.1;8.2\n6;12\n")
+    with pytest.raises(rw.InvalidRequest, match="resample"):
+        rw.import_texture(path)
+    assert rw.import_texture(path, resample="0.5 um")["report"]["points"] == [13]
+
+
+def test_a_data_folder_that_cannot_be_written_is_named_in_python(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_bytes(b"")
+    monkeypatch.setenv("RIDGEWAVE_DATA_FOLDER", str(tmp_path / "file" / "data"))
+    np.save(tmp_path / "cloth.npy", 1e-6 * np.sin(np.arange(300) / 9))
+    with pytest.raises(rw.CannotRender) as refused:
+        rw.import_texture(tmp_path / "cloth.npy", unit="m", pixel="10 um")
+    assert str(tmp_path / "file" / "data") in str(refused.value)
+
+
 def test_a_newcomers_script_passes_strict_types(tmp_path: Path) -> None:
     script = tmp_path / "newcomer.py"
     script.write_text(

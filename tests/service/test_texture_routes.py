@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import errno
+import gzip
 import io
 from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
@@ -20,6 +21,7 @@ from service.compute.import_process import Imports
 from service.engine import SynthEngine
 from synth.scene.catalogue import catalogue_names
 from tests.service.harness import ask, problem, settings_of
+from tests.synth.surfaces.readers.refused_files import REFUSED
 
 HEIGHTS = 20.0 * np.sin(2.0 * np.pi * np.arange(200) / 200)  # um
 SCAN = "\n".join(map(repr, HEIGHTS.tolist())).encode()
@@ -149,6 +151,44 @@ def test_a_form_in_another_charset_is_refused(own: FastAPI, charset: str) -> Non
     body = b"--x\r\nContent-Disposition: " + disposition + b"\r\n\r\n1\r\n--x--\r\n"
     document = problem(ask(own, "POST", "/v1/textures", content=body, headers=headers), 422, "request-refused")
     assert charset in document["detail"] and "UTF-8" in document["detail"]
+
+
+@pytest.mark.usefixtures("read_here")
+def test_of_files_that_are_refused_nothing_is_kept_and_nothing_is_lost(own: FastAPI) -> None:
+    kept = post(own).json()["address"]
+    for one in REFUSED:
+        answer = post(own, one.content, one.name, data={**one.options, "name": "refused"})
+        told = problem(answer, answer.status_code, "request-refused" if answer.status_code == 422 else "cannot-render")
+        assert answer.status_code == 422 or "surfaces" in str(told), one.name
+    assert names(own) == ["cloth"] and ask(own, "GET", "/v1/textures/cloth").json()["address"] == kept
+
+
+@pytest.mark.usefixtures("read_here")
+def test_a_packed_body_is_refused_with_what_to_send(own: FastAPI) -> None:
+    packed = {"Content-Type": "multipart/form-data; boundary=x", "Content-Encoding": "gzip"}
+    answer = ask(own, "POST", "/v1/textures", content=gzip.compress(b"--x--"), headers=packed)
+    assert "without Content-Encoding" in str(problem(answer, 415, "not-multipart"))
+    assert answer.headers["accept-encoding"] == "identity" and names(own) == []
+
+
+@pytest.mark.usefixtures("read_here")
+def test_a_profile_with_unequal_steps_is_resampled(own: FastAPI) -> None:
+    content = b"X [um];Z [um]\n0;0\n1;2\n2.3;4.6\n4.1;8.2\n6;12\n"
+    files = {"file": ("scan.csv", content)}
+    fault = problem(ask(own, "POST", "/v1/textures", files=files), 422, "request-refused")["errors"][0]
+    assert fault["pointer"] == "/resample" and "resample" in fault["hint"]
+    made = ask(own, "POST", "/v1/textures", files=files, data={"resample": "0.5 um"})
+    assert made.status_code == 201 and made.json()["report"]["points"] == [13]
+    saved = ask(own, "GET", "/v1/textures/scan/surface?format=npy")
+    np.testing.assert_allclose(np.diff(np.load(io.BytesIO(saved.content))), 1e-6, rtol=1e-4)
+
+
+@pytest.mark.usefixtures("read_here")
+def test_a_data_folder_that_cannot_be_written_has_no_path_in_its_message(tmp_path: Path) -> None:
+    (tmp_path / "file").write_bytes(b"")
+    app = create_app(settings_of(data_folder=tmp_path / "file" / "data"), SynthEngine(1 << 26))
+    told = str(problem(post(app), 503, "cannot-render"))
+    assert "RIDGEWAVE_DATA_FOLDER" in told and str(tmp_path) not in told
 
 
 def test_a_part_without_a_filename_is_told_what_it_lacks(own: FastAPI) -> None:

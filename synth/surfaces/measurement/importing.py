@@ -32,6 +32,17 @@ TILTED = 0.9  # rms of the tilt relative to Rq, above which a note mentions it; 
 CLOSEST, FARTHEST = 1e-12, 1e6  # m, allowed spacing that a file states: from a hundredth of an atom to a planet
 STATED = "nothing here: the file states it"
 LEAVE = "Leave it out."
+MARKS = (
+    9999.0,
+    99999.0,
+    32767.0,
+    32768.0,
+    999.0,
+    9.96921e36,
+    3.402823466e38,
+    1e30,
+)  # that programs write for no height
+FAR = 10.0  # times the range of all other heights: such a mark is no height
 Units = tuple[str | None, str | None]
 """Of x and of the heights: keys of UNITS, or "pixel"; None where a unit is not known or not needed."""
 
@@ -68,6 +79,7 @@ def import_surface(path: Path, options: ImportOptions, name: str | None = None) 
     """
     shown_name = path.name if name is None else Path(name).name
     found = read_surface_file(path, Path(shown_name).suffix)
+    found = replace(found, notes=(*found.notes, *_marks(found)))
     heights, spacing, units = _in_metres(found, options)
     if options.resample is None:
         heights, missing, rule = _whole(heights, found.missing, options.missing, spacing)
@@ -89,6 +101,22 @@ def import_surface(path: Path, options: ImportOptions, name: str | None = None) 
     imported = ImportedSurface(heights, spacing, report)
     report["notes"] += _refusals_of_a_scene(imported)
     return imported
+
+
+def _marks(found: SurfaceFile) -> list[str]:
+    """Return a note about a number that is far from all other heights and that programs write for missing points."""
+    measured = found.heights[~found.missing]
+    for mark in (np.min(measured, initial=np.inf), np.max(measured, initial=-np.inf)):
+        others = measured[measured != mark]
+        if len(others) > 1 and np.any(np.isclose(abs(mark), MARKS)):
+            distance = float(np.min(np.abs(others - mark)))
+            if distance > FAR * (float(np.max(others)) - float(np.min(others))):
+                count = len(measured) - len(others)
+                points = "1 point" if count == 1 else f"{count} points"
+                return [
+                    f"The height of {points} is {mark:g}, far from all others. If it marks missing points, write nan"
+                ]
+    return []
 
 
 def _refusals_of_a_scene(imported: ImportedSurface) -> list[str]:
@@ -168,7 +196,8 @@ def _spacing(found: SurfaceFile, options: ImportOptions, unit: str | None, fault
     if options.pixel is not None:
         faults.append(_fault("pixel", "a length", STATED, LEAVE))
     if found.spacing is None:
-        hint = 'Write the distance between points with its unit, such as "5 um".'
+        unused = [f"{note}. " for note in found.notes if "was not used" in note]
+        hint = "".join(unused) + 'Write the distance between points with its unit, such as "5 um".'
         faults.append(_fault("pixel", "nothing", "a length: the file does not state it", hint))
         return (1.0,) * axes
     if unit is None:
@@ -285,5 +314,5 @@ def _report(
 def _with_units(reading: dict[str, Any], units: Units) -> dict[str, Any]:
     """Return how a text was read, with the units that were used for its columns."""
     used = {"x": units[0], "y": units[0], "height": units[1]}
-    columns = [one | {"unit": used.get(one["read_as"], one["unit"])} for one in reading["columns"]]
+    columns = [one | {"unit": one["unit"] or used.get(one["read_as"])} for one in reading["columns"]]
     return reading | {"columns": columns}

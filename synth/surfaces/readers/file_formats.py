@@ -18,7 +18,7 @@ from pathlib import Path
 from tokenize import TokenError
 
 from synth.errors import RidgewaveError
-from synth.surfaces.readers import npy, picture, text, tiff, topography_package
+from synth.surfaces.readers import npy, picture, surfer_grid, text, tiff, topography_package
 from synth.surfaces.readers.surface_file import LARGEST_FILE, SurfaceFile, check_numbers, check_shape, refuse_file
 
 HEAD_BYTES = 4096  # read to recognise the format; the header of a text file can be longer than a signature
@@ -42,6 +42,7 @@ FORMATS = (
     FileFormat("NPY", npy.fits, npy.read),
     FileFormat("image", picture.fits, picture.read),
     FileFormat("TIFF", tiff.fits, tiff.read),
+    FileFormat("Surfer", surfer_grid.fits, surfer_grid.read),
     FileFormat("text", text.fits, text.read),
     FileFormat("SurfaceTopography", lambda _head, _ending: True, topography_package.read),
 )

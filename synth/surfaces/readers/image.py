@@ -88,6 +88,8 @@ def spacing_of_dpi(dpi: tuple[float, float] | None) -> tuple[tuple[float, float]
         return None, ()
     if all(min(abs(value - usual) for usual in USUAL_DPI) < ROUNDED_DPI for value in dpi):
         return None, (f"Its tag of {round(dpi[0])} dots per inch is a usual setting of programs, and was not used",)
+    if max(dpi) <= 1.0:
+        return None, ()
     if min(dpi) < LEAST_DPI:
         return None, (f"Its tag of {dpi[0]:.3g} dots per inch is no measured surface's, and was not used",)
     return (INCH / float(dpi[0]), INCH / float(dpi[1])), ()
@@ -163,16 +165,20 @@ def displacement_map(
     heights, missing = finite_heights(pixels)
     full_scale: float | None = None
     bits = bits or 8 * pixels.dtype.itemsize
+    counted = "1 bit" if bits == 1 else f"{bits} bits"
     if pixels.dtype.kind == "u":
         full_scale = float(np.iinfo(pixels.dtype).max)
-        layout = f"a displacement map of {bits} bits"
+        layout = f"a displacement map of {counted}"
     else:
         layout = f"an image of {pixels.dtype} numbers, which are heights"
         if pixels.dtype.kind == "f" and np.min(heights) >= 0.0 and 0.0 < np.max(heights) <= 1.0:
             full_scale = 1.0
             layout = f"an image of {pixels.dtype} numbers from 0 to 1: heights, or a displacement map"
     if pixels.dtype.kind == "u" and bits <= 8:
-        notes = (*notes, f"A map of {bits} bits has {2**bits} heights only: its steps may be felt")
+        notes = (
+            *notes,
+            f"A map of {counted} has {2**bits} heights only: its steps may be felt",
+        )
     unit = None if spacing is None else "m"
     return SurfaceFile(
         kind,

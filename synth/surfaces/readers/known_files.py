@@ -8,6 +8,7 @@ Limits  It names a file, and never reads it.
 
 from __future__ import annotations
 
+import re
 import zipfile
 from pathlib import Path
 from typing import NoReturn
@@ -20,6 +21,7 @@ ARRAY = "Save the array of heights as NPY, or as text."
 TABLE = "Save the sheet with the heights as CSV or as text with tabs."
 SOUND = "A sound has no heights. Import a profile as text or NPY."
 PRINTED = "Export the numbers as text, or the map as a grey PNG."
+LINES = "Write the heights as text, with one line for each point, or as NPY."
 UNPACK = "Unpack it, and import the file of heights that is in it."
 OWN = "Export the surface as X3P, SUR or text."
 
@@ -34,15 +36,22 @@ SIGNATURES: tuple[tuple[int, bytes, str, str], ...] = (
     (0, b"PXR-USDC", "a 3D scene (USD)", MESH),
     (0, b"#usda", "a 3D scene (USD, as text)", MESH),
     (0, b"ISO-10303-21", "a CAD model (STEP)", MESH),
-    (0, b"DSAA", "a grid of Surfer, as text", "Export it as XYZ, or as an Esri grid (ASC)."),
-    (0, b"DSRB", "a grid of Surfer", "Export it as XYZ, or as an Esri grid (ASC)."),
-    (0, b"DSBB", "a grid of Surfer", "Export it as XYZ, or as an Esri grid (ASC)."),
+    (0, b"DSRB", "a grid of Surfer 7", "Save it as a text grid (DSAA) or XYZ."),
+    (0, b"DSBB", "a binary grid of Surfer 6", "Save it as a text grid (DSAA) or XYZ."),
+    (0, b"ISO5436", "a profile of ISO 5436-2 (SMD)", OWN),
+    (0, b"ISO 5436", "a profile of ISO 5436-2 (SMD)", OWN),
+    (128, b"DICM", "a medical picture (DICOM)", GREY),
     (0, b"\x76\x2f\x31\x01", "a picture (OpenEXR)", "Save the map as TIFF of 32-bit real numbers, or PNG of 16 bits."),
     (0, b"#?RADIANCE", "a picture (Radiance HDR)", GREY),
     (0, b"#?RGBE", "a picture (Radiance HDR)", GREY),
     (0, b"DDS ", "a texture of a game (DDS)", GREY),
     (0, b"\xabKTX", "a texture of a game (KTX)", GREY),
     (0, b"GIF8", "a picture (GIF)", GREY),
+    (0, b"P7\n", "a picture (PAM)", GREY),
+    (0, b"PF\n", "a picture in colour (PFM)", GREY),
+    (0, b"\0\0\x01\0", "an icon (ICO)", GREY),
+    (0, b"\x0a\x05\x01", "a picture (PCX)", GREY),
+    (0, b"\x01\xda", "a picture (SGI)", GREY),
     (0, b"8BPS", "a picture (Photoshop)", GREY),
     (0, b"gimp xcf", "a picture (GIMP)", GREY),
     (0, b"\0\0\0\x0cjP  ", "a picture (JPEG 2000)", GREY),
@@ -82,16 +91,20 @@ SIGNATURES: tuple[tuple[int, bytes, str, str], ...] = (
     (0, b"MZ", "a program", "Import the file of heights."),
     (0, b"\x7fELF", "a program", "Import the file of heights."),
     (0, b"\x93NUMPY", "a damaged NPY file", "Save it again."),
-    (0, b"<?xml", "XML", "Export the heights as text, with one line for each point."),
-    (0, b"<!DOCTYPE", "a web page (HTML)", "Save the numbers as text."),
-    (0, b"<!doctype", "a web page (HTML)", "Save the numbers as text."),
-    (0, b"<html", "a web page (HTML)", "Save the numbers as text."),
-    (0, b"<svg", "a drawing (SVG)", GREY),
-    (0, b"{", "JSON", "Write the heights as text, with one line for each point, or as NPY."),
+    (0, b"Gwyddion Simple Field", "a field of Gwyddion (GSF)", "Save it as GWY, or as text."),
+    (0, b"Gwyddion XYZ Field", "points of Gwyddion (GXYZF)", "Save them as text."),
     (0, b"\\*File list", "a file of Bruker, Veeco or Digital Instruments", OWN),
     (0, b"\\*Force file list", "a force curve of Bruker", "Import the file of the topography."),
     (0, b"PK\x03\x04", "a packed file (ZIP)", UNPACK),
 )
+MARKUP = (
+    (b"<!doctype html", "a web page (HTML)", "Save the numbers as text."),
+    (b"<html", "a web page (HTML)", "Save the numbers as text."),
+    (b"<table", "a table of a web page (HTML)", "Save the numbers as text."),
+    (b"<svg", "a drawing (SVG)", GREY),
+    (b"<", "XML", LINES),
+)
+"""Beginnings of text in small letters, after spaces."""
 IN_ZIP = (
     ("word/", "a document (DOCX)", PRINTED),
     ("ppt/", "a presentation (PPTX)", PRINTED),
@@ -99,6 +112,7 @@ IN_ZIP = (
     ("3D/", "a mesh (3MF)", MESH),
     ("content.xml", "a document or a spreadsheet of LibreOffice", TABLE),
 )
+TRIANGLES = 84  # place of the first of the triangles of an STL file, of 50 bytes each
 BY_ENDING = {
     ".stl": ("a mesh (STL)", MESH),
     ".obj": ("a mesh (OBJ)", MESH),
@@ -110,28 +124,40 @@ BY_ENDING = {
     ".mat": ("a file of arrays (MATLAB)", ARRAY),
     ".pkl": ("a file of Python (pickle)", ARRAY),
 }
+ALLOWED = "text, NPY, an image of heights, or a format of an instrument (docs/import.md)"
 OF_TEXT = ("v ", "vn ", "vt ", "mtllib ", "o ", "g ")  # beginnings of lines of an OBJ
 
 
-def known(head: bytes, ending: str, path: Path) -> tuple[str, str] | None:
+def known(head: bytes, ending: str, path: Path | None) -> tuple[str, str] | None:
     """Return what the file is, and what to export instead; None if it is not known.
 
     head: its first bytes.
     ending: of its name, in small letters.
+    path: None for text alone.
     """
     start = head.removeprefix(b"\xef\xbb\xbf")
-    if start.startswith(b"PK\x03\x04") and zipfile.is_zipfile(path):
+    if path and start.startswith(b"PK\x03\x04") and zipfile.is_zipfile(path):
         with zipfile.ZipFile(path) as packed:
             names = packed.namelist()
-        if names and all(name.endswith(".npy") for name in names):
-            return f"{len(names)} arrays in one file (NPZ)", "Save the array of heights alone, as NPY."
         for begin, what, hint in IN_ZIP:
             if any(name.startswith(begin) for name in names):
                 return what, hint
     for place, signature, what, hint in SIGNATURES:
         if start[place : place + len(signature)] == signature:
             return what, hint
-    return BY_ENDING.get(ending)
+    triangles = int.from_bytes(head[TRIANGLES - 4 : TRIANGLES], "little")
+    if path and triangles and path.stat().st_size == TRIANGLES + 50 * triangles:
+        return "a mesh (STL)", MESH
+    if is_json(start):
+        return "JSON, or lists in brackets", LINES
+    markup = start.lstrip().lower()
+    found = next(((what, hint) for begin, what, hint in MARKUP if markup.startswith(begin)), None)
+    return found or BY_ENDING.get(ending)
+
+
+def is_json(head: bytes) -> bool:
+    """Return whether text begins as JSON does: an object, or a list of lists, objects, texts or numbers."""
+    return bool(re.match(rb"\s*(?:\{|\[\s*(?:[\[{\"]|-?[0-9.eE+-]+\s*,))", head))
 
 
 def mesh_as_text(head: bytes) -> bool:
@@ -142,8 +168,11 @@ def mesh_as_text(head: bytes) -> bool:
 
 def refuse_unknown(head: bytes, ending: str, path: Path) -> NoReturn:
     """Raise InvalidRequest for a file that no reader takes."""
-    allowed = "text, NPY, an image of heights, or a format of an instrument (docs/import.md)"
-    found = ("a mesh (OBJ)", MESH) if mesh_as_text(head) else known(head, ending, path)
-    if found is None:
-        refuse_file("a file of no known format", allowed, "Export the surface as X3P or as text.")
-    refuse_file(found[0], allowed, found[1])
+    refuse_known(head, ending, path)
+    refuse_file("a file of no known format", ALLOWED, "Export the surface as X3P or as text.")
+
+
+def refuse_known(head: bytes, ending: str, path: Path | None) -> None:
+    """Raise InvalidRequest for a file that is known; return for any other."""
+    if found := ("a mesh (OBJ)", MESH) if mesh_as_text(head) else known(head, ending, path):
+        refuse_file(found[0], ALLOWED, found[1])

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from synth.surfaces.readers.surface_file import (
+    LARGEST_NUMBER,
     Heights,
     SurfaceFile,
     check_numbers,
@@ -43,6 +44,7 @@ class Lattice(NamedTuple):
 
 def profile_of_pairs(values: np.ndarray[Any, Any], layout: str, unit: str | None) -> SurfaceFile:
     """Return the heights of two columns, x and height, in the order of x."""
+    _check_one(values[:, 0])
     values, notes = _without_repeats(values)
     lattice = _lattice(values[:, 0], "x")
     if isinstance(lattice, Lattice) and lattice.count <= FULLEST_GAPS * len(values):
@@ -57,6 +59,17 @@ def profile_of_pairs(values: np.ndarray[Any, Any], layout: str, unit: str | None
     return SurfaceFile("text", layout, heights, missing, unit, notes=notes, positions=positions)
 
 
+def _check_one(x: np.ndarray[Any, Any]) -> None:
+    """Refuse profiles that stand one below the other: x falls back to its beginning each time."""
+    if not np.all(np.abs(x) < LARGEST_NUMBER):
+        return  # `_lattice` refuses these
+    steps = np.diff(x) * (1.0 if x[-1] > x[0] else -1.0)
+    back = int(np.count_nonzero(steps < 0.0))
+    far_back = int(np.count_nonzero(steps < -0.5 * float(np.ptp(x))))
+    if 0 < back == far_back < len(x) // 3:
+        refuse_file(f"{back + 1} profiles, one below the other", "one profile", "Keep the lines of one of them.")
+
+
 def surface_of_triples(values: np.ndarray[Any, Any], layout: str, unit: str | None) -> SurfaceFile:
     """Return the heights of three columns, x, y and height. Raises InvalidRequest if x and y are no lattice."""
     if len(np.unique(values[:, 1])) == 1:
@@ -69,7 +82,8 @@ def surface_of_triples(values: np.ndarray[Any, Any], layout: str, unit: str | No
         refuse_file(
             f"{len(values)} points on {rows} x {columns} places",
             "points on a regular lattice",
-            "Resample scattered points to a grid first. A grid of three columns can be saved as NPY.",
+            "Resample scattered points to a grid first. Name the columns in a first line if they are not x, y and "
+            "height. A grid of three columns can be saved as NPY.",
         )
     heights, missing = _placed(values[:, 2], row * columns + column, rows * columns)
     shape = rows, columns
@@ -146,7 +160,7 @@ def _fitted(levels: np.ndarray[Any, Any], at: np.ndarray[Any, Any]) -> Lattice:
 
 def _rounding(resolution: float, lattice: Lattice) -> float:
     """Return the deviation from its place, in steps, that rounding alone can give a coordinate."""
-    return min(0.5, 0.51 * resolution / lattice.spacing)
+    return min(0.5, 0.75 * resolution / lattice.spacing)  # 0.5, and what the line of least squares adds
 
 
 def _resolution(values: np.ndarray[Any, Any]) -> float:

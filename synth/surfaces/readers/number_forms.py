@@ -24,17 +24,17 @@ from synth.surfaces.readers.surface_file import refuse_file
 SEPARATORS = {"\t": "tabs", ";": "semicolons", "|": "bars", ",": "commas", " ": "spaces"}
 STRONG = ("\t", ";", "|")  # signs that are in no number
 COMMENT = re.compile(r"\s*(?:#|%|//|!|[;'][^\W\d_]{2})")
-FOOTER = re.compile(r"(?i)[\W_]*(?:end|eof|eod|eor)\b[^0-9]*")
+FOOTER = re.compile(r"(?i)\x1a|[\W_]*(?:end|eof|eod|eor)\b[^0-9]*")  # \x1a ended the files of MS-DOS
 NO_HEIGHT = re.compile(
     r"(?i:nan(?:\([^)]*\))?|bad|[+-]?inf(?:inity)?|n\.?/?a\.?|null|none|void|invalid|missing|masked|no ?data"
-    r"|#(?:n/a|div/0|value|num|null|nv|wert|ref)!?|1\.#(?:qnan|ind|inf)0*)|-+|\*+|\?+"
+    r"|#(?:n/a|div/0|value|num|null|nv|wert|ref)!?|[+-]?1\.#(?:qnan|snan|ind|inf)0*)|-+|\*+|\?+"
 )
 _EXPONENT = r"(?:[eEdD][+-]?[0-9]{1,4})?"
 PLAIN = {
     ".": re.compile(rf"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+){_EXPONENT}"),
     ",": re.compile(rf"[+-]?(?:[0-9]+(?:,[0-9]+)?|,[0-9]+){_EXPONENT}"),
 }
-_GROUPS = "'\u2019\u00a0\u202f\u2009 "
+_GROUPS = "'\u2019\x92\u00a0\u202f\u2009 "
 GROUPED = {
     mark: re.compile(
         rf"[+-]?[1-9][0-9]{{0,2}}(?:(?:\{other}[0-9]{{3}})+\{mark}[0-9]+|(?:\{other}[0-9]{{3}}){{2,}}"
@@ -42,8 +42,13 @@ GROUPED = {
     )
     for mark, other in ((".", ","), (",", "."))
 }
+CUT = re.compile(r"0[0-9]+")  # 05 is the end of 1,05, and no number
 COULD_BE_GROUPS = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:[.,][0-9]{3})+")
-SIGNS = str.maketrans({"\u2212": "-", "\u2012": "-", "\u2013": "-", "\ufeff": None})
+SIGNS = str.maketrans({"\u2212": "-", "\u2012": "-", "\u2013": "-", "\x96": "-", "\ufeff": None})
+"""Signs that stand for a minus; \\x96 and, above, \\x92 are those of Windows 1252, read as Latin-1."""
+
+
+ONE_NAME = re.compile(r"[^,;|\t\[(]*[\[(][^\])]*[\])]\s*")  # of one column, with its unit
 
 
 class NotANumber(ValueError):
@@ -81,7 +86,7 @@ class Form:
 
     def number(self, cell: str) -> str:
         """Return a cell as Python writes the number; nan for a missing point. Raises NotANumber."""
-        cell = cell.strip(" \t'\"=").translate(SIGNS)
+        cell = cell.strip(" \t'\"=\x1a").translate(SIGNS)
         if not cell or NO_HEIGHT.fullmatch(cell):
             return "nan"
         if PLAIN[self.decimal].fullmatch(cell):
@@ -160,6 +165,8 @@ def form_of(sample: list[str], header: list[str]) -> Form:
     chosen = _chosen([found[0], *different], sample, header) if different else found[0]
     if chosen.decimal == "," and chosen.separator != " ":
         _check_groups(sample, chosen)
+    if chosen.separator == "," and any(CUT.fullmatch(cell) for line in sample for cell in chosen.cells(line)):
+        _refuse_commas(sample[0])
     return replace(chosen, empty=_empty(sample, chosen))
 
 
@@ -177,8 +184,14 @@ def _chosen(found: list[Form], sample: list[str], header: list[str]) -> Form:
         names = header[-1] if header and not header[-1].lower().startswith("sep=") else ""
         if "." in text or re.search(r",[ ]", text) or (names and columns == names.count(",") + 1):
             return by_comma[0]
+        if ONE_NAME.fullmatch(names):
+            return others[0]
+    _refuse_commas(sample[0])
+
+
+def _refuse_commas(line: str) -> NoReturn:
     refuse_file(
-        f"lines such as {sample[0].strip()[:40]!r}, with a comma for the point or between two columns",
+        f"lines such as {line.strip()[:40]!r}, with a comma for the point or between two columns",
         "numbers that can be read in one way",
         "Write 1.5 with a point, or 1;5 for two columns.",
     )

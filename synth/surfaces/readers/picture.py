@@ -29,7 +29,7 @@ METRES = 1  # unit of sCAL
 def fits(head: bytes, _ending: str) -> bool:
     """Return whether the file begins as one of the formats does."""
     is_bitmap = head.startswith(b"BM") and struct.unpack("<I", head[14:18].ljust(4, b"\0"))[0] in BITMAP_HEADERS
-    is_netpbm = head[:1] == b"P" and head[1:2] in b"12456" and head[2:3].isspace() and len(head) > 2
+    is_netpbm = head[:1] == b"P" and head[1:2] in b"12456f" and head[2:3].isspace() and len(head) > 2
     is_webp = head[:4] == b"RIFF" and head[8:12] == b"WEBP"
     return head.startswith((PNG, b"\xff\xd8\xff")) or is_bitmap or is_netpbm or is_webp
 

@@ -10,6 +10,7 @@ Limits  A file has at most LARGEST_FILE bytes and a surface at most MOST_POINTS 
 from __future__ import annotations
 
 import math
+import unicodedata
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
@@ -36,6 +37,7 @@ UNITS = {
     "micron": 1e-6,
     "microns": 1e-6,
     "nm": 1e-9,
+    "kÅ": 1e-7,
     "A": 1e-10,
     "Å": 1e-10,
     "pm": 1e-12,
@@ -49,9 +51,10 @@ UNSTATED = "unstated"
 """The unit of a spacing that a file does not state, where it states another one for the heights."""
 
 SPELLINGS = {
-    "um": "micrometer micrometers micrometre micrometres mikrometer micras mkm mum мкм µ u",
-    "mm": "millimeter millimeters millimetre millimetres мм",
-    "nm": "nanometer nanometers nanometre nanometres нм",
+    "um": "micrometer micrometers micrometre micrometres mikrometer micromètre micromètres micrómetro micrómetros "
+    "micrometro micrometri micras mkm mum мкм µ u",
+    "mm": "millimeter millimeters millimetre millimetres millimètre millimètres milímetro milímetros millimetro мм",
+    "nm": "nanometer nanometers nanometre nanometres nanomètre nanomètres nanómetro nanometro нм",
     "cm": "centimeter centimeters centimetre centimetres см",
     "m": "meter meters metre metres м",
     "Å": "angstrom angstroms ang ångström",
@@ -66,7 +69,8 @@ _BY_SPELLING |= {name.lower(): name for name in UNITS if name not in ("A", "m")}
 
 def unit_named(text: str) -> str | None:
     """Return the unit of length that `text` is, a key of UNITS, or None. Capitals are not told apart, but A and m."""
-    text = text.strip().rstrip(".").replace("\u03bc", "\u00b5").replace("\\u00B5", "\u00b5")
+    text = unicodedata.normalize("NFKC", text.strip().rstrip(".").replace("\\u00B5", "\u00b5"))  # ㎛ is μm
+    text = text.replace("\u03bc", "\u00b5").replace("\u00c2\u00b5", "\u00b5")  # UTF-8 that was read as Latin-1
     if text in UNITS:
         return text
     return _BY_SPELLING.get(text.lower())

@@ -16,6 +16,7 @@ Limits  A header has at most MOST_HEADER lines.
 from __future__ import annotations
 
 import csv
+import re
 import warnings
 from collections.abc import Iterator
 from itertools import chain, islice
@@ -24,7 +25,7 @@ from typing import Any, NoReturn, TextIO
 
 import numpy as np
 
-from synth.surfaces.readers.known_files import mesh_as_text
+from synth.surfaces.readers.known_files import is_json, mesh_as_text, refuse_known
 from synth.surfaces.readers.number_forms import (
     COMMENT,
     COULD_BE_GROUPS,
@@ -43,8 +44,9 @@ from synth.surfaces.readers.text_layout import surface_of_table
 
 MOST_HEADER = 300  # lines before the numbers
 LONGEST_HEADER = 1000  # characters of a line of the header that are looked at
+WITH_UNIT = re.compile(r"[+-]?[0-9.,]+ ?(?:[mnuµμ]?m|in|mil)")
+EMPTY_CELLS = re.compile(r"(?=.*[^\s])[\s;,|\"]+")
 SAMPLE = 100  # lines that decide how the numbers are written
-OF_PACKAGE = (".spm", ".nid", ".ezd", ".bcr", ".bcrf", ".cur", ".stp", ".tom", ".top", ".sdf", ".ibw", ".mi", ".gsf")
 OTHER_PROGRAMS: tuple[bytes, ...] = (
     rb"\*File list",
     rb"\*Force file list",
@@ -53,6 +55,10 @@ OTHER_PROGRAMS: tuple[bytes, ...] = (
     b"bISO-1.0",
     b"fileformat",
     b"WSxM",
+    b"[DataSet]",
+    b"fileType",
+    b"Gwyddion Simple Field",
+    b"Gwyddion XYZ Field",
 )
 OTHER_PROGRAMS += (
     b"ply\n",
@@ -60,20 +66,22 @@ OTHER_PROGRAMS += (
     b"%PDF",
     b"%!PS",
     b"ISO-10303",
-    b"{",
     b"<",
-    b"DSAA",
+    b"ISO5436",
+    b"ISO 5436",
     b"#?RADIANCE",
     b"#?RGBE",
     b"#usda",
+    b"P7\n",
+    b"PF\n",
 )
 
 
-def fits(head: bytes, ending: str) -> bool:
+def fits(head: bytes, _ending: str) -> bool:
     """Return whether the file begins with text that is not the header of a format of another program."""
     start = head.lstrip(b"\xef\xbb\xbf \r\n")
-    is_mesh = mesh_as_text(head) or (start.startswith(b"solid") and b"facet" in head)
-    return is_text(head) and ending not in OF_PACKAGE and not start.startswith(OTHER_PROGRAMS) and not is_mesh
+    is_other = mesh_as_text(head) or is_json(start) or (start.startswith(b"solid") and b"facet" in head)
+    return is_text(head) and not start.startswith(OTHER_PROGRAMS) and not is_other
 
 
 def read(path: Path, _ending: str) -> SurfaceFile:
@@ -99,6 +107,8 @@ def _beginning(file: TextIO) -> tuple[list[str], list[str]]:
     """
     header, first = _header(file)
     sample = [*first, *islice(_rows(file), SAMPLE - len(first))]
+    if below := _names_below(sample, header):
+        header, sample = [*header, *sample[:below]], sample[below:]
     for _ in range(3):
         if len(sample) < 4 or is_missing(sample[0]):
             break
@@ -108,6 +118,18 @@ def _beginning(file: TextIO) -> tuple[list[str], list[str]]:
             break
         header.append(sample.pop(0))
     return header, sample
+
+
+def _names_below(sample: list[str], header: list[str]) -> int:
+    """Return the number of lines of `sample` that belong to the header: values alone, and then the names of columns.
+
+    Such a line of names divides lines of numbers with different numbers of cells; any other is a fault, and remains.
+    """
+    place = next((place for place, line in enumerate(sample) if not is_numbers(line) and not is_missing(line)), 0)
+    if not 0 < place < len(sample) - 1 or not is_numbers(sample[place + 1]):
+        return 0
+    form = form_of(sample[place + 1 :], header)
+    return place + 1 if _count(form, sample[0]) != _count(form, sample[place + 1]) else 0
 
 
 def _count(form: Form, line: str) -> int:
@@ -131,12 +153,25 @@ def _header(file: TextIO) -> tuple[list[str], list[str]]:
             missing = []
         if len(header) > MOST_HEADER:
             break
+    refuse_known("\n".join(header).encode(), "", None)
+    cells = [cell for line in header for cell in re.split(r"[\t;|]+| {2,}", line)]
+    if cell := next(filter(COULD_BE_GROUPS.fullmatch, cells), None):
+        refuse_ambiguous(cell)
+    if cell := next(filter(WITH_UNIT.fullmatch, cells), None) if len(header) > 3 else None:
+        hint = "Write the units once, in a line above: x [mm]; z [um]."
+        refuse_file(f"cells such as {cell[:40]!r}", "numbers without their units", hint)
     refuse_file(f"no numbers in the first {MOST_HEADER} lines", "a text file of numbers", "Is this the right file?")
 
 
 def _rows(file: TextIO) -> Iterator[str]:
+    """Yield the lines that are no comments. Lines of separators alone count only if others follow."""
+    held: list[str] = []
     for line in file:
-        if line.strip() and not COMMENT.match(line):
+        if EMPTY_CELLS.fullmatch(line):
+            held.append(line)
+        elif line.strip() and not COMMENT.match(line):
+            yield from held
+            held = []
             yield line
 
 
@@ -179,11 +214,13 @@ def _numbers(lines: Iterator[str], delimiter: str | None, columns: int, size: in
 def _line_by_line(path: Path, codec: str, form: Form) -> np.ndarray[Any, Any]:
     """Return the numbers of a file with comments, quotes or missing points, or raise InvalidRequest for a fault."""
     with path.open(encoding=codec) as file:
-        _, sample = _beginning(file)
+        header, sample = _beginning(file)
         columns = _count(form, sample[0])
+        named = header[-1:]  # which some programs repeat on each page
 
         def rows() -> Iterator[str]:
-            lines = (line for line in chain(sample, _rows(file)) if not FOOTER.fullmatch(line.strip()))
+            texts = ((line, line.strip()) for line in chain(sample, _rows(file)))
+            lines = (line for line, text in texts if text not in named and not FOOTER.fullmatch(text))
             for number, line in enumerate(lines, 1):
                 yield "\t".join(_checked(line, form, number, columns))
 

@@ -30,7 +30,9 @@ def surface_of_table(values: np.ndarray[Any, Any], form: Form, header: Header, e
     said += f", after {lines} lines of header" if lines > 1 else ", after a line of header" if lines else ""
     if (no_data := header.number("no data")) is not None:
         values = np.where(np.isclose(values, no_data, rtol=1e-6, atol=0.0), np.nan, values)
-    roles = _roles(header, values)
+    if header.axis:
+        values = np.vstack([header.axis, values])
+    roles = None if header.axis else _roles(header, values)
     found = _grid(values, header, said) if roles is None else _of_columns(values, roles, header, said)
     notes = found.notes
     if header.columns and found.unit is None and header.unit("unit") is None and "factor" in header.values:
@@ -47,7 +49,8 @@ def surface_of_table(values: np.ndarray[Any, Any], form: Form, header: Header, e
 
 def _columns(roles: tuple[str, ...], header: Header, count: int) -> list[dict[str, str | None]]:
     columns = header.columns or (Column(),) * count
-    units = {"x": header.unit("unit x"), "y": header.unit("unit x"), "height": header.unit("unit")}
+    of_ordinate = None if "y" in roles else header.unit("unit y")
+    units = {"x": header.unit("unit x"), "y": header.unit("unit x"), "height": header.unit("unit") or of_ordinate}
     everything = header.unit("unit of all")
     return [
         {"name": one.name, "read_as": role or "not read", "unit": one.unit or units.get(role) or everything}
@@ -66,6 +69,9 @@ def _roles(header: Header, values: np.ndarray[Any, Any]) -> tuple[str, ...] | No
     named = [column.role for column in header.columns]
     if is_sized and count > 1:
         return None
+    if "x" in named and "height" not in named:
+        with_unit = [place for place, one in enumerate(header.columns) if one.unit in UNITS and not one.role]
+        named = ["height" if place in with_unit[:1] else role for place, role in enumerate(named)]
     if "height" in named and {"x", "index"} & set(named):
         return _named(named)
     if count <= 3 and "x" in named and named.count("y") == 1 and "height" not in named and count == 2:
@@ -74,7 +80,28 @@ def _roles(header: Header, values: np.ndarray[Any, Any]) -> tuple[str, ...] | No
         return "", "height"
     if rows == 1 and count > 3:
         return None
+    if count > 3 and not named and _is_list_of_points(values):
+        refuse_file(
+            f"{count} columns, of which the first two are places",
+            "columns with names, or a grid of heights",
+            "Write the names in a line above, such as x;y;z;r;g;b.",
+        )
+    if count == 3 and not named and _counts_points(values[:, 0]) and np.all(np.diff(values[:, 1]) > 0.0):
+        return "", "x", "height"
     return {1: ("height",), 2: ("x", "height"), 3: ("x", "y", "height")}.get(count)
+
+
+def _counts_points(column: np.ndarray[Any, Any]) -> bool:
+    """Return whether the numbers of a column are 0, 1, 2, ... or 1, 2, 3, ..."""
+    return column[0] in (0.0, 1.0) and len(column) > 2 and bool(np.all(np.diff(column) == 1.0))
+
+
+def _is_list_of_points(values: np.ndarray[Any, Any]) -> bool:
+    """Return whether the first two columns are every place of a lattice, once."""
+    across, along = (len(np.unique(values[:, place])) for place in (0, 1))
+    if min(across, along) < 2 or across * along != len(values) or len(values) < 9:
+        return False
+    return len(np.unique(values[:, :2], axis=0)) == len(values)
 
 
 def _named(named: list[str]) -> tuple[str, ...]:
@@ -86,13 +113,16 @@ def _named(named: list[str]) -> tuple[str, ...]:
 def _of_columns(values: np.ndarray[Any, Any], roles: tuple[str, ...], header: Header, said: str) -> SurfaceFile:
     """Return a profile or a surface whose columns have `roles`."""
     columns = header.columns or (Column(),) * len(roles)
+    for one, role in zip(columns, roles, strict=True):
+        if role and one.of_else:
+            refuse_file(f"a column {one.of_else[:60]!r}", "columns in a unit of length", "Export x and heights in um.")
     units = [one.unit for one in columns]
-    of_heights = units[roles.index("height")] or header.unit("unit") or header.unit("unit of all")
+    of_ordinate = None if "y" in roles else header.unit("unit y")
+    of_heights = units[roles.index("height")] or header.unit("unit") or of_ordinate or header.unit("unit of all")
     along = header.unit("unit x") or header.unit("unit of all")
     if "x" in roles:
         along = units[roles.index("x")] or along
-        if "y" in roles and units[roles.index("y")] not in (None, along):
-            refuse_file("x and y in two units", "one unit for x and y", "Write both in one unit.")
+        values = _in_unit_of_x(values, roles, units)
     of_heights = None if of_heights == "pixel" else of_heights
     notes = _notes(columns, roles)
     channel = header.values.get("channel", ("", ""))[1]
@@ -103,6 +133,7 @@ def _of_columns(values: np.ndarray[Any, Any], roles: tuple[str, ...], header: He
         check_shape(heights.shape)
         layout = f"heights along a line{said}"
         spacing, unit = _step(header)
+        unit = UNSTATED if unit is None and of_heights is not None else unit
         found = SurfaceFile("text", layout, heights, missing, of_heights, spacing and spacing[:1], unit)
         return replace(found, channel=channel, notes=notes)
     order = [roles.index(role) for role in ("x", "y", "height") if role in roles]
@@ -121,10 +152,25 @@ def _of_columns(values: np.ndarray[Any, Any], roles: tuple[str, ...], header: He
     return replace(found, channel=channel, notes=(*found.notes, *notes))
 
 
+def _in_unit_of_x(
+    values: np.ndarray[Any, Any], roles: tuple[str, ...], units: list[str | None]
+) -> np.ndarray[Any, Any]:
+    """Return the table with y in the unit of x. Raises InvalidRequest if one of them has no unit of length."""
+    of_x, of_y = units[roles.index("x")], units[roles.index("y")] if "y" in roles else None
+    if of_y is None or of_y == of_x:
+        return values
+    if of_x not in UNITS or of_y not in UNITS:
+        refuse_file("x and y in two units", "one unit for x and y", "Write both in one unit.")
+    scales = [UNITS[of_y] / UNITS[of_x] if role == "y" else 1.0 for role in roles]
+    return np.asarray(values * scales)
+
+
 def _notes(columns: tuple[Column, ...], roles: tuple[str, ...]) -> tuple[str, ...]:
     """Return notes about columns that were not read, and about a column of depths."""
     left = [one.name for one, role in zip(columns, roles, strict=True) if not role and one.name]
     notes: tuple[str, ...] = (f"Columns that were not read: {', '.join(left)[:120]}",) if left else ()
+    if not all(roles) and not any(one.name for one in columns):
+        notes += ("The first column counts the points, and was not read",)
     if columns[roles.index("height")].name.lower().startswith(("depth", "tiefe")):
         notes += ("A column of depths was read as heights: if its numbers count downwards, change their sign",)
     return notes
@@ -166,6 +212,7 @@ def _grid(values: np.ndarray[Any, Any], header: Header, said: str) -> SurfaceFil
     unit = header.unit("unit") or header.unit("unit of all")
     channel = header.values.get("channel", ("", ""))[1]
     axes = _axes(values)
+    counted = axes is not None and _counts_points(values[0, 1:]) and _counts_points(values[1:, 0])
     if axes is not None:
         values = values[1:, 1:]
     rows, columns = values.shape
@@ -180,12 +227,26 @@ def _grid(values: np.ndarray[Any, Any], header: Header, said: str) -> SurfaceFil
     check_shape(values.shape)
     heights, missing = finite_heights(values)
     layout = f"a grid of {rows} rows and {columns} columns{said}"
+    notes: tuple[str, ...] = ()
+    if counted:
+        notes, axes = ("The first row and the first column count the points, and were not read",), None
+    elif axes is None and _counts_points(values[0]):
+        notes = ("Its first row is 0, 1, 2, ... or 1, 2, 3, ...: if it names the columns, remove it",)
+    elif axes is None and _has_equal_steps(values[1:, 0]) and _has_equal_steps(values[0, 1:]):
+        notes = ("Its first row and its first column have equal steps. If they are x and y, leave the corner empty",)
+    elif axes is None and rows > columns and _has_equal_steps(values[:, 0]):
+        notes = ("Its first column has equal steps. If it is x, name the columns in a line above the numbers",)
     if axes is not None:
         layout += ", with x in the first row and y in the first column"
         along = header.unit("unit x") or header.unit("unit of all")
         return SurfaceFile("text", layout, heights, missing, unit, axes, along, channel=channel)
     spacing, along = _sized(header, rows, columns)
-    return SurfaceFile("text", layout, heights, missing, unit, spacing, along, channel=channel)
+    return SurfaceFile("text", layout, heights, missing, unit, spacing, along, channel=channel, notes=notes)
+
+
+def _has_equal_steps(values: np.ndarray[Any, Any]) -> bool:
+    steps = np.diff(values)
+    return len(steps) > 1 and bool(steps[0]) and bool(np.all(np.abs(steps - steps[0]) <= EQUAL * abs(steps[0])))
 
 
 def _axes(values: np.ndarray[Any, Any]) -> tuple[float, float] | None:

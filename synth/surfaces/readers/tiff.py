@@ -27,7 +27,8 @@ from synth.surfaces.readers.tiff_tags import Stated, stated_of
 BEGINNINGS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 OF_PACKAGE = (".lext", ".oir", ".poir", ".flt", ".lsm")
 PARK = 50432  # magic tag of Park microscopes
-ZERO_IS_WHITE, RGB, PALETTE = 0, 2, 3
+ZERO_IS_WHITE, RGB, PALETTE, MASK, CMYK, YCBCR = 0, 2, 3, 4, 5, 6
+JPEG = 6, 7  # compressions with loss
 
 
 def fits(head: bytes, ending: str) -> bool:
@@ -51,24 +52,40 @@ def read(path: Path, ending: str) -> SurfaceFile:
         pixels, is_turned = _pixels(page, path)
         photometric = int(page.photometric)
         colours = page.colormap if photometric == PALETTE else None
+        lossy = int(page.compression) in JPEG
+        bits = _bits(page)
     if colours is not None:
-        pixels = np.stack([colour[pixels] for colour in np.asarray(colours, np.uint16)], axis=2)
+        pixels = np.stack([colour[pixels] for colour in _of_8_bits(np.asarray(colours, np.uint16))], axis=2)
     if photometric == ZERO_IS_WHITE and pixels.dtype.kind == "u":
         pixels = np.iinfo(pixels.dtype).max - pixels
         notes = (*notes, "In it 0 is white: its numbers were counted from the other end, so that white is high")
     if stated.orientation != 1:
         pixels = pixels if is_turned else turned(pixels, stated.orientation)
         notes = (*notes, "It was turned as its orientation tag says")
-    found = surface_of_pixels("TIFF", pixels, stated.turned_spacing, notes)
+    is_packed = bits < 8 and pixels.dtype == np.uint8 and pixels.ndim == 2
+    found = surface_of_pixels("TIFF", pixels, stated.turned_spacing, notes, lossy, bits if is_packed else None)
     return _with_numbers(found, pixels, replace(stated, notes=()))
+
+
+def _bits(page: Any) -> int:
+    return int(page.bitspersample if isinstance(page.bitspersample, int) else page.bitspersample[0])
+
+
+def _of_8_bits(colours: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """Return the colours of a palette, which TIFF has in 16 bits, in 8 bits if they have no more."""
+    factor = next((factor for factor in (257, 256) if not np.any(colours % factor)), None)
+    return colours if factor is None else (colours // factor).astype(np.uint8)
 
 
 def _pixels(page: Any, path: Path) -> tuple[np.ndarray[Any, Any], bool]:
     """Return the pixels as stored, [rows, columns] or [rows, columns, channels], and whether they are turned."""
-    bits = page.bitspersample if isinstance(page.bitspersample, int) else page.bitspersample[0]
-    channels = int(page.samplesperpixel)
-    if page.dtype is None or page.dtype.kind not in "uif" or channels > 4 or page.imagedepth > 1:
+    bits, channels, photometric = _bits(page), int(page.samplesperpixel), int(page.photometric)
+    if page.dtype is None or page.dtype.kind not in "uifb" or channels > 4 or page.imagedepth > 1:
         refuse_file(f"a TIFF of {channels} channels of {bits} bits", READABLE, SAVE)
+    if photometric == CMYK or photometric > YCBCR:
+        refuse_file("a TIFF in CMYK or another space of colours", READABLE, "Save it as grey.")
+    if photometric == YCBCR:
+        return _by_pillow(path, bits, page.dtype, channels), True
     try:
         pixels = page.asarray()
     except (ValueError, ImportError, RuntimeError) as error:  # imagecodecs, a large package, would unpack it
@@ -85,6 +102,9 @@ def _pixels(page: Any, path: Path) -> tuple[np.ndarray[Any, Any], bool]:
 def _by_pillow(path: Path, bits: int, kind: Any, channels: int) -> np.ndarray[Any, Any]:
     """Return the pixels of a file that tifffile cannot unpack, turned as its tag says."""
     with opened(path) as image:
+        if image.mode == "1":
+            grey = np.asarray(image).astype(np.uint8) * np.uint8(255)
+            return np.uint8(255) - grey if image.tag_v2.get(262) == ZERO_IS_WHITE else grey
         if image.mode not in ("L", "LA", "I", "I;16", "I;16B", "F", "RGB", "RGBA") or bits not in (8, 16, 32):
             refuse_file(f"a TIFF of {bits} bits (mode {image.mode})", READABLE, "Save it as grey, without compression.")
         if image.mode in ("RGB", "RGBA") and bits == 16:

@@ -113,11 +113,11 @@ def _spacing(tags: Any, description: str) -> tuple[Spacing, tuple[str, ...]]:
     """Return the distances (m), or None, and notes."""
     if PIXEL_SCALE in tags or TRANSFORMATION in tags:
         return _of_map(tags)
-    sizes = {axis: re.search(rf'PhysicalSize{axis}="([0-9.eE+-]+)"', description) for axis in "XY"}
+    sizes = {axis: re.search(rf"PhysicalSize{axis}=[\"']([0-9.eE+-]+)[\"']", description) for axis in "XY"}
     if sizes["X"] and sizes["Y"]:
         metres = []
         for axis, size in sizes.items():
-            unit = re.search(rf'PhysicalSize{axis}Unit="([^"]+)"', description)
+            unit = re.search(rf"PhysicalSize{axis}Unit=[\"']([^\"']+)[\"']", description)
             named = unit_named(unit[1]) if unit else "um"  # the default of OME
             if named is None or size is None:
                 return None, (f"Its distance between pixels is in {unit[1] if unit else ''}, and was not used",)
@@ -129,6 +129,8 @@ def _spacing(tags: Any, description: str) -> tuple[Spacing, tuple[str, ...]]:
 def _of_map(tags: Any) -> tuple[Spacing, tuple[str, ...]]:
     """Return the distances of a GeoTIFF."""
     keys = tuple(_value(tags, GEO_KEYS) or ())
+    if not keys:
+        return None, ("Its distance between pixels has no unit, and was not used",)
     values = {keys[place]: keys[place + 3] for place in range(4, len(keys) - 3, 4)}
     if values.get(MODEL_TYPE) == GEOGRAPHIC:
         return None, ("Its distance between pixels is in degrees, and was not used",)
@@ -153,10 +155,11 @@ def _of_resolution(tags: Any, description: str) -> tuple[Spacing, tuple[str, ...
     if any(ratio is None or not all(ratio) for ratio in ratios):
         return None, ()
     per_x, per_y = (ratio[0] / ratio[1] for ratio in ratios)
-    stated = re.search(r"^unit=(.+)$", description, re.MULTILINE)
-    name = unit_named(stated.group(1).strip().replace("\\u00B5", "u")) if stated else None
-    if name is not None:
-        return (UNITS[name] / per_x, UNITS[name] / per_y), ()
+    stated = dict(re.findall(r"^(y?unit)=(.+)$", description, re.MULTILINE))  # yunit only if it is another one
+    of_x = unit_named(stated.get("unit", ""))
+    of_y = unit_named(stated.get("yunit", "")) or of_x
+    if of_x is not None and of_y is not None:
+        return (UNITS[of_x] / per_x, UNITS[of_y] / per_y), ()
     unit = int(_value(tags, RESOLUTION_UNIT) or BY_INCH)
     if unit == BY_INCH:
         return spacing_of_dpi((per_x, per_y))

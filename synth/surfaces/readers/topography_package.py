@@ -29,8 +29,45 @@ LARGEST_UNPACKED = 2**28  # bytes of all files in a ZIP file: twice MOST_POINTS 
 MOST_MEMORY = 2**30  # bytes: MOST_POINTS heights eight times; a false size in a header could allocate any amount
 HEAD_BYTES = 512  # from which the package recognises a format
 STEPS_WITHIN = 1e-3  # permitted deviation of a profile's steps from their mean, relative to the mean
-READERS_OF_TEXT = ((rb"\*File list", "DIReader"),)  # that the package leaves to the ending of the name
+READERS_OF_TEXT = ((rb"\*File list", "DIReader"), (b"Wyko ASCII", "AscReader"))  # told by the beginning, not the name
+OWN_TEXT = ("AscReader", "XYZReader")  # what `text` declines is no such text
 FORMATS_OF_PACKAGE = ("HDF5", "MATLAB", "NetCDF", "ZIP", "Bruker", "XLSX", "NPZ", "XML")  # it reads some of these
+INSTRUMENTS = (
+    (0, b"DIGITAL SURF", "a SUR file of Digital Surf"),
+    (0, b"DSCOMPRESSED", "a compressed SUR file of Digital Surf"),
+    (0, b"GWYP", "a file of Gwyddion"),
+    (0, b"aISO-1.0", "an SDF file (ISO 25178-71)"),
+    (0, b"bISO-1.0", "an SDF file (ISO 25178-71)"),
+    (2, b"Directory", "an OPD file of Wyko"),
+    (0, b"VCA DATA", "an OPDx file of Dektak"),
+    (0, b"\x88\x1b\x03", "a MetroPro file of Zygo"),
+    (0, b"VK", "a file of Keyence"),
+    (0, b"KPK", "a file of Keyence"),
+    (0, b"AliconaImaging", "a file of Alicona"),
+    (0, b"fileformat", "a BCR-STM file"),
+    (0, b"WSxM", "a file of WSxM"),
+    (0, b"\x01\xb0\x93\xff", "a file of NT-MDT"),
+    (0, b"FRTM_GLIDERV", "a file of FRT"),
+    (0, b"Binary TrueMap", "a file of TrueMap"),
+    (0, b"Zeta-Instruments", "a file of Zeta Instruments"),
+    (0, b"OmniSurf3D", "a file of OmniSurf3D"),
+    (0, b"fileType", "a file of Molecular Imaging"),
+    (0, b"[DataSet]", "a file of Nanosurf"),
+)
+BY_NAME = {
+    ".x3p": "an X3P file (ISO 25178-72)",
+    ".plu": "a file of Sensofar",
+    ".plux": "a file of Sensofar",
+    ".oir": "a file of Olympus",
+    ".poir": "a file of Olympus",
+    ".lext": "a file of Olympus",
+    ".mnt": "a file of Mountains",
+    ".qep": "a file of Mahr",
+    ".nms": "a file of NanoFocus",
+    ".datx": "a DATX file of Zygo",
+    ".ibw": "a file of Igor",
+    ".hgt": "a file of SRTM",
+}
 INSTALL = "pip install 'ridgewave[surfaces]'"
 
 
@@ -46,12 +83,15 @@ def read(path: Path, ending: str) -> SurfaceFile:
         if (found := known(head, ending, path)) and not may_be_read(found[0]):
             refuse_unknown(head, ending, path)
         raise CannotRender(
-            f"The format of this file may be read by the package SurfaceTopography, which is not installed: {INSTALL}. "
-            "Without it, text, NPY and images can be read."
+            f"This is {_what(head, ending, path)}, which the package SurfaceTopography may read. It is not installed: "
+            f"{INSTALL}. Without it, text, NPY and images can be read."
         ) from error
     _check_unpacked(path)
     matches = {reader: reader.can_read(head) for reader in readers}
     fitting = [reader for reader, match in matches.items() if match is MagicMatch.YES]
+    found = known(head, ending, path)
+    if not fitting and found and not may_be_read(found[0]):
+        refuse_unknown(head, ending, path)
     name = next((name for begin, name in READERS_OF_TEXT if head.startswith(begin)), None)
     fitting += [reader for reader, match in matches.items() if match is MagicMatch.MAYBE and reader.__name__ == name]
     fitting += [
@@ -60,6 +100,7 @@ def read(path: Path, ending: str) -> SurfaceFile:
         if match is MagicMatch.MAYBE
         and ending.removeprefix(".") in (reader.file_extensions() or ())
         and reader not in fitting
+        and reader.__name__ not in OWN_TEXT
     ]
     if not fitting:
         refuse_unknown(head, ending, path)
@@ -74,9 +115,16 @@ def read(path: Path, ending: str) -> SurfaceFile:
             cause = cause or error
     allowed = "a whole file, with contents that SurfaceTopography reads"
     hint = "Copy it again. If it is whole, export it as text: of X3P, for example, areas are read and profiles are not."
-    found = known(head, ending, path)
     value = "a file that its reader cannot read" + (f": {found[0]}" if found else "")
     refuse_file(value, allowed, hint, cause)
+
+
+def _what(head: bytes, ending: str, path: Path) -> str:
+    """Return what a file is that the package may read, by its first bytes, else by its name."""
+    signed = next((what for place, begin, what in INSTRUMENTS if head[place : place + len(begin)] == begin), None)
+    of_name = BY_NAME.get(ending)
+    found = known(head, ending, path)
+    return signed or of_name or (found[0] if found else "a file of no known format")
 
 
 def may_be_read(what: str) -> bool:

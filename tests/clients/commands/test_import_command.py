@@ -36,6 +36,16 @@ def test_a_picture_and_a_report_come_from_the_process(ridgewave: RunsRidgewave, 
     assert (tmp_path / "scan.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_a_data_folder_that_cannot_be_written_is_named(
+    ridgewave: RunsRidgewave, tmp_path: Path, environment: dict[str, str]
+) -> None:
+    (tmp_path / "file").write_bytes(b"")
+    blocked = environment | {"RIDGEWAVE_DATA_FOLDER": str(tmp_path / "file" / "data")}
+    np.save(tmp_path / "scan.npy", HEIGHTS)
+    done = ridgewave("import", "scan.npy", "--unit", "um", "--pixel", "5um", env=blocked)
+    assert done.returncode not in (0, 2) and str(tmp_path / "file" / "data").encode() in done.stderr
+
+
 def test_a_file_that_cannot_be_read_is_named(ridgewave: RunsRidgewave) -> None:
     done = ridgewave("import", "none.npy", "--unit", "um")
     assert done.returncode == 2 and b"got no file 'none.npy'" in done.stderr

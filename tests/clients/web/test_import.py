@@ -132,6 +132,18 @@ def test_a_chosen_file_is_measured_kept_under_a_name_that_no_other_has_and_playe
     assert page.evaluate("() => ridgewave.fingers[0].scene.held") == entry["scene"]
 
 
+def test_unequal_steps_are_resampled_and_the_columns_are_shown(page: Page) -> None:
+    text = b"X [um]\tZ [um]\n0\t0\n1\t2\n2.3\t4.6\n4.1\t8.2\n6\t12\n"
+    chosen(page, {"name": "stylus.txt", "mimeType": "text/plain", "buffer": text})
+    assert set(faults(page)) == {"resample"} and "resample = " in faults(page)["resample"]
+    measured(page, resample="0.5 um")
+    told_of = page.inner_text("dialog .import-found")
+    for shown in ("13 points", "X: x in um; Z: height in um", "separated by tabs", "Resampled linearly"):
+        assert shown in told_of
+    page.keyboard.press("Escape")
+    page.wait_for_selector("dialog", state="detached")
+
+
 def test_what_the_file_does_not_state_is_asked_for_beside_its_field(page: Page, service: Running) -> None:
     chosen(page)
     assert set(faults(page)) == {"unit", "pixel"}

@@ -20,11 +20,35 @@ from tests.synth.surfaces.readers.package_comparison import values_of_import, va
 GRID = np.random.default_rng(5).normal(size=(12, 17))  # rows along y
 
 
-def test_without_the_package_the_message_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("name", "begin", "what"),
+    [
+        ("scan.dat", b"DIGITAL SURF", "a SUR file of Digital Surf"),
+        ("scan.x3p", b"PK\x03\x04", "an X3P file"),
+        ("scan.bin", b"\x01\0Directory", "an OPD file of Wyko"),
+        ("scan.nc", b"CDF\x01", "NetCDF"),
+        ("scan.000", b"\\*File list\r\n", "Bruker"),
+        ("scan.h5", b"\x89HDF\r\n\x1a\n", "HDF5"),
+    ],
+)
+def test_without_the_package_the_message_says_what_the_file_is_and_what_to_install(
+    name: str, begin: bytes, what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(sys.modules, "SurfaceTopography.IO", None)
-    path = tmp_path / "scan.sur"
-    path.write_bytes(b"DIGITAL SURF" + bytes(600))
-    with pytest.raises(CannotRender, match=r"pip install 'ridgewave\[surfaces\]'"):
+    path = tmp_path / name
+    path.write_bytes(begin + bytes(600))
+    with pytest.raises(CannotRender, match=r"pip install 'ridgewave\[surfaces\]'") as refused:
+        read_surface_file(path)
+    assert what in refused.value.reason
+
+
+def test_without_the_package_a_file_that_nothing_reads_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "SurfaceTopography.IO", None)
+    path = tmp_path / "scan.any"
+    path.write_bytes(b"\x76\x2f\x31\x01" + bytes(600))
+    with pytest.raises(InvalidRequest, match="OpenEXR"):
         read_surface_file(path)
 
 
