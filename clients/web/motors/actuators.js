@@ -33,12 +33,15 @@ function effect(form, strength, duration) {
   return form === "trigger-rumble" ? { ...both, leftTrigger: strength, rightTrigger: strength } : both;
 }
 
-/** Returns the ways to play a gamepad: those of its `vibrationActuator`, then all its `hapticActuators` at once. */
+/** Returns the ways to play a gamepad: those of its `vibrationActuator` if it is not one of the `hapticActuators`, then
+ *  all of these at once. */
 function waysOfGamepad({ vibrationActuator, hapticActuators }) {
-  const plural = [...(hapticActuators ?? [])].map((one) => new Motor(waysOf(one))).filter(({ works }) => works);
+  const listed = [...(hapticActuators ?? [])];
+  const plural = listed.map((one) => new Motor(waysOf(one))).filter(({ works }) => works);
   const play = (strength, duration) =>
     Promise.any(plural.map(async (motor) => (await motor.play(strength, duration)) || Promise.reject(new Error())));
-  return [...waysOf(vibrationActuator), ...(plural.length ? [{ form: plural[0].form, play }] : [])];
+  const singular = listed.includes(vibrationActuator) ? [] : waysOf(vibrationActuator);
+  return [...singular, ...(plural.length ? [{ form: plural[0].form, play }] : [])];
 }
 
 /** Returns the Motor of a gamepad. onRefused(): called once, when it has no way left. */

@@ -38,7 +38,8 @@ export class Motors {
    *  "trigger-rumble", "pulse", or "pulses" of the phone. */
   motors() {
     const sources = [...(this.#session?.inputSources ?? [])];
-    const pads = [...this.gamepads()].map((gamepad) => ({ gamepad, handedness: "" }));
+    const connected = [...this.gamepads()].filter((gamepad) => gamepad && gamepad.connected !== false);
+    const pads = connected.map((gamepad) => ({ gamepad, handedness: "" }));
     const found = [...pads, ...sources].flatMap(({ gamepad, handedness }) => this.#motorsOf(gamepad, handedness));
     return !found.length && this.withPhone ? [phone] : found;
   }
@@ -70,7 +71,7 @@ export class Motors {
   }
 
   #motorsOf(gamepad, hand) {
-    if (!gamepad || gamepad.connected === false) return [];
+    if (!gamepad) return [];
     const name = gamepad.id;
     const key = gamepad.vibrationActuator ?? gamepad.hapticActuators?.[0];
     if (!key) return [];

@@ -32,6 +32,7 @@ TOOLS = """() => {
   const throws = () => { throw new TypeError("at once"); };
   const hangs = () => new Promise(() => {});
   const answers = async () => "not-supported";
+  const one = { type: "vibration", pulse: pulses };
   const both = ["dual-rumble", "trigger-rumble"];
   window.faces = {
     "a list of effects": { vibrationActuator: { effects: both, playEffect: plays, pulse: throws } },
@@ -47,6 +48,7 @@ TOOLS = """() => {
     "only pulse": { vibrationActuator: { type: "vibration", pulse: pulses } },
     "plural": { hapticActuators: [{ type: "vibration", pulse: pulses }] },
     "plural, one of which hangs": { hapticActuators: [{ pulse: hangs }, { pulse: pulses }] },
+    "one in both places": { vibrationActuator: one, hapticActuators: [one] },
     "first rejects, plural plays": { vibrationActuator: { playEffect: rejects }, hapticActuators: [{ pulse: pulses }] },
     "all reject": { vibrationActuator: { effects: both, playEffect: rejects, pulse: rejects } },
     "all throw": { vibrationActuator: { playEffect: throws }, hapticActuators: [{ pulse: throws }] },
@@ -76,6 +78,7 @@ PLAY = {
     "only pulse": "pulse",
     "plural": "pulse",
     "plural, one of which hangs": "pulse",
+    "one in both places": "pulse",
     "first rejects, plural plays": "pulse",
 }
 REFUSE = ("all reject", "all throw", "all hang")
