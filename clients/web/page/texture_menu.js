@@ -5,6 +5,7 @@ as a choice that cannot be made here. */
 import { byId, make } from "../dom.js";
 import { call, callBinary } from "../service.js";
 import { wireImport } from "../textures/import_control.js";
+import { byGroup } from "../textures/groups.js";
 
 const SINUSOID = "sinusoid";
 
@@ -18,9 +19,9 @@ export function wireTextureMenu({ state, textures, tell }) {
   };
   const about = new TextureDescription(menu, byId("texture-about"), { textures, onDeleted, tell });
   const fill = () => {
-    const groups = Map.groupBy(textures.entries, ({ group }) => group);
+    const groups = byGroup(textures.entries);
     const sinusoid = make("option", { value: SINUSOID, text: "Sinusoid" });
-    menu.replaceChildren(other, sinusoid, ...[...groups].map(optionGroup));
+    menu.replaceChildren(other, sinusoid, ...groups.map(optionGroup));
   };
   const show = (wanted = menu.value) => {
     const { texture } = state.scene;

@@ -27,6 +27,7 @@ export class Player extends EventTarget {
 
   /** Returns a new player. sampleRate: Hz, that of the scene. latencyHint: that of AudioContext. */
   static async open({ sampleRate = 48000, latencyHint = "interactive" } = {}) {
+    setAudioSession("playback");
     const context = contextOf(sampleRate, latencyHint);
     try {
       context.resume().catch(() => {}); // if this gesture does not permit sound, a later one will
@@ -139,6 +140,7 @@ export class Player extends EventTarget {
     for (const kind of WAKING) window.removeEventListener(kind, this.#wake, true);
     for (const source of this.#sources) source.close();
     await this.context.close();
+    setAudioSession("auto");
   }
 
   /** Resumes sound that the browser or the system has paused (a call, a laptop that slept). */
@@ -164,6 +166,12 @@ export class Player extends EventTarget {
     merger.connect(this.master);
     this.#routing = [splitter, merger];
   }
+}
+
+/** Sets the kind of sound of the page where the browser has kinds (Safari). "playback" sounds although the mute switch of
+ *  an iPhone is on; "auto" leaves other apps their sound. */
+function setAudioSession(type) {
+  if (navigator.audioSession) navigator.audioSession.type = type;
 }
 
 function contextOf(sampleRate, latencyHint) {
