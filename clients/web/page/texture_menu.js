@@ -73,7 +73,7 @@ function optionGroup([label, entries]) {
   return make("optgroup", { label }, ...entries.map(option));
 }
 
-/** What the page shows of the chosen texture: a picture before the menu, a sentence, and its numbers when opened. */
+/** What the page shows of the chosen texture: a picture beside the menu, a sentence, and its numbers when opened. */
 class TextureDescription {
   #text;
   #picture = make("img", { id: "texture-picture", alt: "", hidden: true });
@@ -86,7 +86,7 @@ class TextureDescription {
   constructor(menu, text, own) {
     this.#text = text;
     this.own = own;
-    menu.before(this.#picture);
+    menu.after(this.#picture);
     text.after(this.#details);
     this.#details.addEventListener("toggle", () => this.#details.open && this.#showNumbers(this.#entry));
   }

@@ -31,7 +31,9 @@ export class Player extends EventTarget {
     const context = contextOf(sampleRate, latencyHint);
     try {
       context.resume().catch(() => {}); // if this gesture does not permit sound, a later one will
-      await context.audioWorklet.addModule(new URL("./ring_buffer.js", import.meta.url));
+      await context.audioWorklet.addModule(new URL("./ring_buffer.js", import.meta.url)).catch(() => {
+        throw new Error("The sound did not load. Check that the service is running, then press Touch again.");
+      });
     } catch (error) {
       await context.close();
       throw error;
@@ -178,7 +180,7 @@ function contextOf(sampleRate, latencyHint) {
   try {
     return new AudioContext({ sampleRate, latencyHint });
   } catch (error) {
-    if (error.name !== "NotSupportedError") throw error;
+    if (!["NotSupportedError", "RangeError", "TypeError"].includes(error.name)) throw error;
     throw new Error("This browser cannot play that sample rate. Set 48 kHz, or download the WAV.");
   }
 }

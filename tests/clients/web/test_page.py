@@ -194,7 +194,8 @@ def test_a_picture_that_a_service_could_not_answer_is_requested_again(kept_touch
         with page.expect_event("requestfailed", lambda request: request.url.endswith("/v1/picture")):
             page.select_option("#texture", "grating-1mm-31um")
         page.wait_for_function("() => document.getElementById('notice').textContent.includes('does not answer')")
-        assert page.locator("#pad-note").inner_text() == "Not updated yet: picture."
+        told_away = "The service does not answer. The picture follows when it is back."
+        assert page.locator("#pad-note").inner_text() == told_away
         breaker.target = target
         page.wait_for_function(agreed)
 
