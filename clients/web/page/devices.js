@@ -92,11 +92,11 @@ export class Devices {
   }
 
   #gamepad() {
-    return (navigator.getGamepads?.() ?? [])[byId("gamepad").value] ?? null;
+    return listed()[byId("gamepad").value] ?? null;
   }
 
   #noteGamepads() {
-    const pads = [...(navigator.getGamepads?.() ?? [])].filter(Boolean);
+    const pads = [...listed()].filter(Boolean);
     const chosen = byId("gamepad").value;
     byId("gamepad").replaceChildren(
       ...(pads.length
@@ -146,6 +146,15 @@ function whatVibrates(motor, gamepad) {
   if (isHandheld())
     return "This browser cannot make this device vibrate. Connect a gamepad and press one of its buttons.";
   return "Connect a gamepad and press one of its buttons.";
+}
+
+/** Returns the gamepads that the browser lists; entries may be null. */
+function listed() {
+  try {
+    return navigator.getGamepads?.() ?? [];
+  } catch {
+    return []; // a page in a frame may not ask
+  }
 }
 
 function isWanted() {

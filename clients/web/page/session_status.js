@@ -18,13 +18,13 @@ export function stateOf(player, fingers) {
 }
 
 /** Returns whether the sound belongs to the present scene: "none" (no sound), "broken" (no connection), "full" (no room),
- *  "pending", "refused" or "current". */
+ *  "pending", "refused" or "current". Fingers without a stream count only if none has one. */
 export function soundStatusOf(player, fingers) {
   if (!player) return "none";
-  const trouble = STATES.slice(0, 2).find((state) => fingers.some((finger) => stateOfOne(finger) === state));
-  if (trouble) return trouble;
-  if (fingers.some(({ scene }) => scene.refused)) return "refused";
-  const current = fingers.length > 0 && fingers.every((one) => stateOfOne(one) === "live" && one.scene.isCurrent);
+  const heard = fingers.filter(({ connection }) => !connection.trouble);
+  if (fingers.length && !heard.length) return stateOf(player, fingers);
+  if (heard.some(({ scene }) => scene.refused)) return "refused";
+  const current = heard.length > 0 && heard.every((one) => stateOfOne(one) === "live" && one.scene.isCurrent);
   return current ? "current" : "pending";
 }
 

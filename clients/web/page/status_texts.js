@@ -19,6 +19,7 @@ export const STATE_WORDS = {
 const NO_PICTURE = {
   away: "The service does not answer. The picture follows when it is back.",
   busy: "The service is busy. The picture follows.",
+  barred: "The service does not admit this page.",
   locked: "The service requires a key. Enter it above.",
   failed: "The service failed to draw this scene.",
 };
@@ -41,11 +42,12 @@ export function padSentence({ sound, picture, output, shown }) {
   return late.length ? `Not updated yet: ${late.join(" and ")}.` : "";
 }
 
-/** Returns why a picture or plan was not answered: "away", "busy", "locked", "refused" or "failed". */
+/** Returns why a picture or plan was not answered: "away", "busy", "barred", "locked", "refused" or "failed". */
 export function pictureStatusOf(problem) {
   const status = problem?.status ?? 500;
   if ([0, 502, 504].includes(status)) return "away";
-  if ([401, 403].includes(status)) return "locked";
+  if (status === 401) return "locked";
+  if (status === 403) return "barred";
   if (status === 429 || (status === 503 && !problem.type?.endsWith("cannot-render"))) return "busy";
   return status < 500 ? "refused" : "failed";
 }

@@ -99,6 +99,10 @@ STATES: dict[str, tuple[bool, Callable[[Page, Breaker], Any], str, dict[str, str
         {"header": "live", "pad": "This scene is refused. Sound and picture are still of the previous scene.",
          "notice": FIELD, "waveform": " – not of this scene"},
     ),
+    "the page is not admitted": (
+        False, lambda page, _: answering(page, 403, "This origin is not allowed."), SCENE,
+        {"pad": "The service does not admit this page.", "notice": "This origin is not allowed."},
+    ),
     "a key is required from now on": (
         False, lambda page, _: answering(page, 401, "Send your key."), SCENE,
         {"pad": "The service requires a key. Enter it above."},
@@ -231,3 +235,28 @@ def test_the_pad_says_first_what_matters_most(functions: Page, parts: dict[str, 
         "async (parts) => (await import('/web/page/status_texts.js')).padSentence(parts)", parts
     )
     assert sentence.startswith(said) and bool(sentence) == bool(said)
+
+
+@pytest.mark.parametrize(
+    ("fingers", "said"),
+    [
+        ([None, None], "current"),
+        ([None, "full"], "current"),
+        (["full", "full"], "full"),
+        (["full", "broken"], "broken"),
+        ([None, "broken"], "current"),
+    ],
+)
+def test_a_finger_without_room_takes_no_sound_from_the_others(
+    functions: Page, fingers: list[str | None], said: str
+) -> None:
+    status = functions.evaluate(
+        """async (troubles) => {
+          const {soundStatusOf} = await import("/web/page/session_status.js");
+          const scene = {isCurrent: true, pending: false, refused: false};
+          const finger = (trouble) => ({scene, connection: {trouble, state: trouble ? "connecting" : "live"}});
+          return soundStatusOf({awake: true}, troubles.map(finger));
+        }""",
+        fingers,
+    )
+    assert status == said
