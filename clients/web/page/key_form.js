@@ -14,6 +14,7 @@ export function askForKey() {
   };
   if (!form.hidden) return; // it is shown already
   form.hidden = false;
+  form.classList.toggle("over", !byId("main").hidden); // over the page, so that nothing moves under a finger
   const loading = byId("loading"); // gone if the page had loaded
   if (loading) loading.hidden = true;
   field.focus();

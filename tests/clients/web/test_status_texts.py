@@ -151,9 +151,11 @@ def test_the_page_says_what_is_true(kept_touch_page: Page, own: Running, state: 
         if sounding:
             page.click("#start")
             page.wait_for_function(LIVE)
+        before = page.locator("#pad").bounding_box()
         happens(page, breaker)
         page.evaluate(then)
         says(page, wanted)
+        assert page.locator("#pad").bounding_box() == before
         if state.startswith("a key"):
             assert page.is_visible("#key-text") and page.evaluate("document.activeElement.id") == "key-text"
 
