@@ -2,7 +2,8 @@
 
 Model: `npm pack` fetches the package three in the version below into a folder for temporary files. Its SHA-512 is
     compared with the one below before anything is taken out of it, and the three files go to clients/web/vendor, which
-    git does not hold. Where they are already there in that version nothing is fetched.
+    git does not hold. Where they are already there in that version nothing is fetched. The scripts lose their
+    comments and spaces (2.13 to 1.08 MB); the licence at their beginning stays.
 Limits: without npm, without a network, or with an archive that is not the expected one the build goes on without
     three.js, with one sentence of warning, and the VR page then says that it is missing. Nothing else needs it.
 """
@@ -12,6 +13,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import re
 import shutil
 import subprocess
 import tarfile
@@ -20,6 +22,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import rjsmin
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 VERSION = "0.187.0"
@@ -30,6 +33,7 @@ FILES: Mapping[str, str] = {
     "package/LICENSE": "LICENSE",
 }
 """What is taken out of the archive, and what it is called beside the page."""
+LICENCE = re.compile(r"/\*\*(?:(?!\*/).)*@license.*?\*/\n?", re.DOTALL)
 STAMP = "version.json"  # written last: a folder with it is complete
 PATIENCE = 60.0  # seconds for npm; a build without a network must not hang
 WARNING = "ridgewave is built without three.js, so its VR page will say that it is missing: {reason}."
@@ -56,11 +60,12 @@ class VendorHook(BuildHookInterface[Any]):
 
 def vendored(folder: Path) -> str:
     """Put three.js into `folder` unless it is there; return "", or why it is not, in words."""
-    if is_complete(folder):
-        return ""
     try:
-        with tempfile.TemporaryDirectory() as place:
-            _unpack(_fetched(Path(place)), folder)
+        if not is_complete(folder):
+            with tempfile.TemporaryDirectory() as place:
+                _unpack(_fetched(Path(place)), folder)
+        for script in folder.glob("*.js"):
+            _minify(script)
     except (Unavailable, OSError, tarfile.TarError) as error:
         return " ".join(str(error).split()).rstrip(".") or type(error).__name__
     return ""
@@ -73,6 +78,15 @@ def is_complete(folder: Path) -> bool:
     except (OSError, ValueError):
         return False
     return stamp == _stamp() and all((folder / name).is_file() for name in FILES.values())
+
+
+def _minify(script: Path) -> None:
+    """Rewrite `script` without comments and spaces, but for the licence before its code."""
+    text = script.read_text("utf-8")
+    licence = LICENCE.match(text)
+    small = (licence[0] if licence else "") + rjsmin.jsmin(text)
+    if small != text:
+        script.write_text(small, "utf-8")
 
 
 def _stamp() -> dict[str, str]:

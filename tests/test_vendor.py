@@ -75,6 +75,42 @@ def test_the_three_files_are_put_beside_the_page_once(
     assert len(asked.read_text().splitlines()) == 1, "nothing is fetched twice"
 
 
+SCRIPT = """/**
+ * @license
+ * Copyright 2010-2026 Three.js Authors
+ */
+// a remark
+const glsl = `
+  vec3 a;  // kept: it is text
+`;
+
+/** Adds. */
+export function add( a, b ) {
+
+	return a + +b / 2 / 1;
+
+}
+"""
+
+
+def test_scripts_lose_remarks_and_spaces_but_not_their_licence(hook: ModuleType, tmp_path: Path) -> None:
+    folder = tmp_path / "vendor"
+    folder.mkdir()
+    for name in hook.FILES.values():
+        (folder / name).write_text(SCRIPT if name.endswith(".js") else "The MIT License\n\n© 2010")
+    (folder / hook.STAMP).write_text(json.dumps({"three": hook.VERSION, "integrity": hook.INTEGRITY}))
+    for _ in range(2):
+        assert hook.vendored(folder) == ""
+        script = (folder / "three.core.js").read_text()
+        licence, code = script.split("*/\n")
+        assert licence == SCRIPT.split("*/")[0]
+        assert code.split() == [
+            *["const", "glsl=`", "vec3", "a;", "//", "kept:", "it", "is", "text", "`;export"],
+            *["function", "add(a,b){return", "a+", "+b/2/1;}"],
+        ]
+        assert (folder / "LICENSE").read_text() == "The MIT License\n\n© 2010"
+
+
 def test_another_version_is_replaced(hook: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stand_in(hook, tmp_path, archive_of(hook, tmp_path), monkeypatch)
     folder = tmp_path / "vendor"

@@ -7,10 +7,11 @@ import("./page/main.js")
   .then(() => loading.remove())
   .catch((problem) => {
     loading.setAttribute("role", "alert");
-    loading.textContent =
-      problem.name === "ServiceProblem"
-        ? `${problem.message} Then reload the page.`
-        : "Part of the page did not load. Check that the service is running, then reload the page.";
+    loading.textContent = "Part of the page did not load. Check that the service is running, then reload the page.";
+    if (problem.name === "ServiceProblem")
+      import("./page/status_texts.js").then(({ LOADING_FAILS, pictureStatusOf }) => {
+        loading.textContent = LOADING_FAILS[pictureStatusOf(problem.problem)] ?? problem.message;
+      });
     if (problem.problem?.status === 401) import("./page/key_form.js").then(({ askForKey }) => askForKey());
     console.error(problem);
   });

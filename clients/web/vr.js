@@ -111,7 +111,7 @@ async function begin() {
     sendToPad("This browser cannot draw WebGL. Turn on its hardware acceleration. ", "The pad works without it.");
     return;
   }
-  const motors = new ControllerMotors(threshold);
+  const motors = new ControllerMotors(threshold, (hand) => say(`The ${hand} controller refuses to vibrate.`));
   const fingertips = new Fingertips({
     room,
     swatches,

@@ -192,7 +192,7 @@ export function checkPoints(points, text) {
 
 /** Returns a valid first value of `field`; a list has as few items as it may. root: the whole schema. */
 export function startingValue(field, root) {
-  const [first] = field.alternatives.toSorted((one, other) => rank(one) - rank(other));
+  const [first] = [...field.alternatives].sort((one, other) => rank(one) - rank(other));
   if (first.kind === "words") return first.words.includes(field.fallback) ? field.fallback : first.words[0];
   if (first.kind === "settings") return first.tag ? Object.fromEntries([first.tag]) : {};
   if (first.kind === "number")

@@ -16,7 +16,7 @@ request, whose answer says why. */
 
 import { openLive } from "../service.js";
 import { SceneChanges } from "./scene_changes.js";
-import { endOf, isFinal, serviceAnswer } from "./connection_end.js";
+import { endOf, FULL, isFinal, serviceAnswer } from "./connection_end.js";
 import { alongLine, packContact } from "./contact_update.js";
 
 const FIRST_DELAY = 0.2; // s before the first try; more prolongs the silence
@@ -35,6 +35,8 @@ export class LiveConnection extends EventTarget {
   frame = 0;
   /** "connecting", "live", "broken" or "ended". */
   state = "connecting";
+  /** Why there is no connection: "broken", or "full" if the service has no room; null while there is one. */
+  trouble = null;
   /** Credit: frames granted and not received yet. */
   outstanding = 0;
   #socket = null;
@@ -183,7 +185,7 @@ export class LiveConnection extends EventTarget {
     if (resumed) this.#changes.resume();
     else if (renewed) this.#changes.restart();
     if (!resumed) this.#applied = -1;
-    Object.assign(this, { ready, frame: ready.frame, state: "live", outstanding: 0 });
+    Object.assign(this, { ready, frame: ready.frame, state: "live", trouble: null, outstanding: 0 });
     this.overArea = ready.over_area === true;
     this.#attached = true;
     this.#opensSession = false;
@@ -222,10 +224,11 @@ export class LiveConnection extends EventTarget {
       this.#opensSession = true;
       this.#connect();
     } else if (end !== null) this.#finish(end);
-    else this.#break(opened);
+    else this.#break(opened, code === FULL ? "full" : "broken");
   }
 
-  async #break(opened) {
+  async #break(opened, trouble) {
+    this.trouble = trouble;
     this.state = this.ready === null ? "connecting" : "broken";
     const delay = Math.min(LARGEST_DELAY, FIRST_DELAY * 2 ** this.#tries);
     this.#dispatch("broken", { tries: this.#tries });

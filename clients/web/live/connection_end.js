@@ -16,7 +16,8 @@ const ENDS = {
   1010: "policy",
   4408: "slow reader",
 };
-const FULL = 1013;
+/** Close code of a service without room for another stream. */
+export const FULL = 1013;
 const COMES_BACK = "shutting down";
 const AWAY = new Set([502, 503, 504]); // answers of a proxy if the service is down
 const FIRST_DELAY = 0.4; // s between the first requests; the service needs about that to restart

@@ -4,7 +4,7 @@ Model: while the service prepares a change, newer scenes wait and only the newes
 belongs to the one change in progress, and the page knows which scene is heard. A change contains neither the scan,
 which belongs to the hand, nor the full scale, which is fixed for a stream. */
 
-import { partBetween, same, withField } from "../scene/merge.js";
+import { copyOf, partBetween, same, withField } from "../scene/merge.js";
 import { quantityOf } from "../scene/quantities.js";
 
 const DROPPED = /#problem-too-fast$/;
@@ -62,7 +62,7 @@ export class StreamScene {
   change(scene) {
     const { held } = this;
     const scaled = withField(scene, ["output", "full_scale"], held.output?.full_scale);
-    this.wanted = held.output?.full_scale === undefined ? structuredClone(scene) : scaled;
+    this.wanted = held.output?.full_scale === undefined ? copyOf(scene) : scaled;
     delete this.wanted.scan;
     if (held.scan) this.wanted.scan = held.scan;
     this.#next();

@@ -1,8 +1,11 @@
-/* The motors of gamepads and of the controllers of a headset.
+/* The motors of gamepads, of the controllers of a headset, and of a phone.
 
 Model: strengths come every 10 ms (strength.js). Every 50 ms the motors play the largest of them, for 80 ms so that
-there are no gaps. Motors at rest receive nothing.
+there are no gaps; a phone plays pulses (phone.js). Motors at rest receive nothing.
 Limits: motors play a strength, not a waveform. Browsers list a gamepad only after one of its buttons was pressed. */
+
+import { motorOf } from "./actuators.js";
+import { phone } from "./phone.js";
 
 const PERIOD = 50; // ms between effects: gamepads accept some 20 per second
 const LENGTH = 80; // ms of an effect; the next one replaces it
@@ -13,10 +16,12 @@ export class Motors {
   #strongest = 0;
   #count = 0;
   #moving = false;
+  #known = new WeakMap(); // actuator -> its Motor, with the ways that it has refused
 
-  /** gamepads(): returns the gamepads; entries may be null. */
-  constructor({ gamepads = () => navigator.getGamepads?.() ?? [] } = {}) {
-    this.gamepads = gamepads;
+  /** gamepads(): returns the gamepads; entries may be null. withPhone: whether a phone vibrates where no gamepad does.
+   *  onRefused(name): a gamepad has refused every effect. */
+  constructor({ gamepads = () => navigator.getGamepads?.() ?? [], withPhone = false, onRefused = () => {} } = {}) {
+    Object.assign(this, { gamepads, withPhone, onRefused });
   }
 
   /** Adds the controllers of an XRSession; null removes them. */
@@ -24,12 +29,19 @@ export class Motors {
     this.#session = session;
   }
 
-  /** Returns the present motors: {name, form, hand, play(strength, ms)}. strength: 0 to 1. form: "dual-rumble" or
-   *  "pulse". */
+  /** Tries again what motors have refused. */
+  forget() {
+    this.#known = new WeakMap();
+  }
+
+  /** Returns the present motors: {name, form, hand, play(strength, ms)}. strength: 0 to 1. form: "dual-rumble",
+   *  "trigger-rumble", "pulse", or "pulses" of the phone. */
   motors() {
     const sources = [...(this.#session?.inputSources ?? [])];
-    const pads = [...this.gamepads()].map((gamepad) => ({ gamepad, handedness: "" }));
-    return [...pads, ...sources].flatMap(({ gamepad, handedness }) => motorsOf(gamepad, handedness));
+    const connected = [...this.gamepads()].filter((gamepad) => gamepad && gamepad.connected !== false);
+    const pads = connected.map((gamepad) => ({ gamepad, handedness: "" }));
+    const found = [...pads, ...sources].flatMap(({ gamepad, handedness }) => this.#motorsOf(gamepad, handedness));
+    return !found.length && this.withPhone ? [phone] : found;
   }
 
   /** Plays strengths, 0 to 1, of 10 ms each. hand: "left" or "right"; absent: all. */
@@ -53,33 +65,23 @@ export class Motors {
     if (strength === 0 && !this.#moving) return;
     this.#moving = strength > 0;
     for (const motor of this.motors()) {
-      if (!hand || !motor.hand || motor.hand === hand) motor.play(strength, LENGTH);
+      const length = motor === phone ? PERIOD : LENGTH;
+      if (!hand || !motor.hand || motor.hand === hand) motor.play(strength, length);
     }
   }
-}
 
-function motorsOf(gamepad, hand) {
-  if (!gamepad) return [];
-  const name = gamepad.id;
-  const { vibrationActuator } = gamepad;
-  if (vibrationActuator?.playEffect) {
-    const play = (strength, duration) =>
-      quietly(
-        vibrationActuator.playEffect("dual-rumble", { duration, strongMagnitude: strength, weakMagnitude: strength }),
+  #motorsOf(gamepad, hand) {
+    if (!gamepad) return [];
+    const name = gamepad.id;
+    const key = gamepad.vibrationActuator ?? gamepad.hapticActuators?.[0];
+    if (!key) return [];
+    if (!this.#known.has(key))
+      this.#known.set(
+        key,
+        motorOf(gamepad, () => this.onRefused(name)),
       );
-    return [{ name, form: "dual-rumble", hand, play }];
+    const motor = this.#known.get(key);
+    const play = (strength, duration) => motor.play(strength, duration);
+    return motor.works ? [{ name, form: motor.form, hand, play }] : [];
   }
-  return [...(gamepad.hapticActuators ?? [])]
-    .filter((actuator) => actuator?.pulse)
-    .map((actuator) => ({
-      name,
-      form: "pulse",
-      hand,
-      play: (strength, duration) => quietly(actuator.pulse(strength, duration)),
-    }));
-}
-
-/** Ignores errors of devices that were unplugged meanwhile. */
-function quietly(promise) {
-  Promise.resolve(promise).catch(() => {});
 }

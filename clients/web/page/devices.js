@@ -1,10 +1,21 @@
-/* The section Devices: output device and channels, where the browser offers a choice, and a gamepad that vibrates. */
+/* The section Devices: output device and channels, where the browser offers a choice, and what vibrates.
+
+Model: one switch for the chosen gamepad and, where none vibrates, the phone. It begins on for a phone, and the browser
+keeps what the user chose. Motors play while the first finger touches and the page is shown. */
 
 import { byId, make } from "../dom.js";
+
+const CHOICE = "ridgewave.vibrate"; // in the storage of the browser: "on" or "off"
+
+/** Desktop browsers have `navigator.vibrate` without a motor; Safari has none. */
+const isHandheld = () => matchMedia("(pointer: coarse)").matches;
+const canVibrate = () => isHandheld() && typeof navigator.vibrate === "function";
+const ANOTHER = "Try another gamepad or another browser.";
 
 export class Devices {
   motors = null; // loaded with the first use
   #strength = null; // {ready, threshold, of: the MotorStrength for them}
+  #told = ""; // the last problem of a motor
 
   /** session: the TouchSession. views: the LiveViews, which hold the detection threshold. tell(sentence). */
   constructor({ session, views, tell }) {
@@ -15,9 +26,14 @@ export class Devices {
     byId("channels").addEventListener("change", () =>
       this.session.player?.useChannels(byId("channels").value.split(",").map(Number)),
     );
-    byId("rumble").addEventListener("change", () => this.#load().then(() => this.#noteGamepads()));
+    session.addEventListener("state", ({ detail }) => detail.state === "not started" && this.motors?.stop());
+    document.addEventListener("visibilitychange", () => document.hidden && this.motors?.stop());
+    byId("rumble").checked = isWanted();
+    byId("rumble").addEventListener("change", () => this.#switch());
+    byId("gamepad").addEventListener("change", () => this.#noteMotors());
     for (const type of ["gamepadconnected", "gamepaddisconnected"]) addEventListener(type, () => this.#noteGamepads());
     this.#noteGamepads();
+    if (byId("rumble").checked) this.#load();
   }
 
   async #list(player) {
@@ -60,15 +76,27 @@ export class Devices {
       import("../motors/strength.js"),
     ]);
     this.MotorStrength = MotorStrength;
-    this.motors ??= new Motors({ gamepads: () => [this.#gamepad()] });
+    const onRefused = (name) =>
+      this.#noteMotors(`${name} does not vibrate: it refuses every effect, or does not answer. ${ANOTHER}`);
+    this.motors ??= new Motors({ gamepads: () => [this.#gamepad()], withPhone: canVibrate(), onRefused });
+    this.#noteMotors();
+  }
+
+  #switch() {
+    const { checked } = byId("rumble");
+    keep(checked);
+    this.motors?.stop();
+    this.motors?.forget();
+    if (checked) return this.#load();
+    this.#noteMotors();
   }
 
   #gamepad() {
-    return (navigator.getGamepads?.() ?? [])[byId("gamepad").value] ?? null;
+    return listed()[byId("gamepad").value] ?? null;
   }
 
   #noteGamepads() {
-    const pads = [...(navigator.getGamepads?.() ?? [])].filter(Boolean);
+    const pads = [...listed()].filter(Boolean);
     const chosen = byId("gamepad").value;
     byId("gamepad").replaceChildren(
       ...(pads.length
@@ -77,10 +105,21 @@ export class Devices {
     );
     if (pads.some(({ index }) => String(index) === chosen)) byId("gamepad").value = chosen;
     byId("gamepad").disabled = !pads.length;
-    if (!this.motors) return;
-    if (!byId("rumble").checked) return this.motors.stop();
-    if (pads.length && !this.motors.motors().length)
-      this.tell("This browser cannot make this gamepad vibrate. Try another gamepad or another browser.");
+    this.motors?.forget();
+    this.#noteMotors();
+  }
+
+  /** Says what vibrates. refused: a sentence about a gamepad that turned out not to; otherwise "". */
+  #noteMotors(refused = "") {
+    const on = byId("rumble").checked && this.motors;
+    const [motor] = on ? this.motors.motors() : [];
+    const gamepad = this.#gamepad();
+    const mute =
+      on && gamepad && motor?.name !== gamepad.id ? `This browser cannot make ${gamepad.id} vibrate. ${ANOTHER}` : "";
+    const problem = refused || mute;
+    if (problem && problem !== this.#told) this.tell(problem);
+    this.#told = problem;
+    byId("rumble-state").textContent = [problem, on ? whatVibrates(motor, gamepad) : ""].filter(Boolean).join(" ");
   }
 
   /** Plays the strength of the first finger that touches, as the views show it. */
@@ -88,6 +127,7 @@ export class Devices {
     const { session } = this;
     if (!byId("rumble").checked || !this.motors) return;
     if (finger !== (session.fingers.find(({ touching }) => touching) ?? session.fingers[0])) return;
+    if (!finger.touching || document.hidden) return this.motors.stop();
     const { threshold } = this.views;
     if (this.#strength?.ready !== ready || this.#strength.threshold !== threshold) {
       const { sample_rate: rate, quantities, full_scale: fullScale } = ready;
@@ -95,5 +135,42 @@ export class Devices {
       this.#strength = { ready, threshold, of };
     }
     this.motors.push(this.#strength.of.push(unlimited));
+  }
+}
+
+/** Returns a sentence about `motor`, one of `Motors.motors()`. gamepad: the chosen one, or null. */
+function whatVibrates(motor, gamepad) {
+  if (motor?.form === "pulses") return "This phone vibrates in pulses, longer ones where the vibration is stronger.";
+  if (motor) return `${motor.name} vibrates.`;
+  if (gamepad) return "";
+  if (isHandheld())
+    return "This browser cannot make this device vibrate. Connect a gamepad and press one of its buttons.";
+  return "Connect a gamepad and press one of its buttons.";
+}
+
+/** Returns the gamepads that the browser lists; entries may be null. */
+function listed() {
+  try {
+    return navigator.getGamepads?.() ?? [];
+  } catch {
+    return []; // a page in a frame may not ask
+  }
+}
+
+function isWanted() {
+  try {
+    const kept = localStorage.getItem(CHOICE);
+    if (kept) return kept === "on";
+  } catch {
+    /* no storage: as on the first visit */
+  }
+  return canVibrate();
+}
+
+function keep(on) {
+  try {
+    localStorage.setItem(CHOICE, on ? "on" : "off");
+  } catch {
+    /* no storage: the choice lasts as long as the page */
   }
 }

@@ -1,16 +1,8 @@
 /* The header: start and stop, volume, connection state, latency and gaps. */
 
 import { byId } from "../dom.js";
+import { STATE_WORDS } from "./status_texts.js";
 
-const SENTENCES = {
-  "not started": "not started",
-  connecting: "connecting…",
-  preparing: "solving the contact…",
-  asleep: "waiting for a click",
-  live: "live",
-  broken: "lost, reconnecting…",
-  ended: "ended",
-};
 const INTERVAL = 500; // ms between updates of the meters
 
 /** Connects the header to `session`. onStop(): called before the sound ends. */
@@ -26,7 +18,7 @@ export function wireHeader(session, { onStop }) {
     session.volume = Number(byId("volume").value);
   });
   session.addEventListener("state", ({ detail }) => {
-    byId("state").textContent = SENTENCES[detail.state];
+    byId("state").textContent = STATE_WORDS[detail.state];
     byId("state").dataset.state = detail.state;
     start.setAttribute("aria-pressed", String(Boolean(session.player)));
     start.textContent = session.player ? "Stop" : "Touch";

@@ -12,8 +12,11 @@ export function askForKey() {
     field.select();
     field.focus();
   };
+  if (!form.hidden) return; // it is shown already
   form.hidden = false;
-  byId("loading").hidden = true;
+  form.classList.toggle("over", !byId("main").hidden); // over the page, so that nothing moves under a finger
+  const loading = byId("loading"); // gone if the page had loaded
+  if (loading) loading.hidden = true;
   field.focus();
   form.addEventListener("submit", async (event) => {
     event.preventDefault();

@@ -10,11 +10,12 @@ import { START_SCENE } from "../scene/start_scene.js";
 import { SceneState } from "../scene/state.js";
 import { call, isTemporary } from "../service.js";
 import { StaleParts } from "./stale_parts.js";
+import { pictureStatusOf } from "./status_texts.js";
 import { Devices } from "./devices.js";
 import { wireHeader } from "./header.js";
 import { wireLimiter } from "./limiter_lamp.js";
 import { tell } from "./notice.js";
-import { PlanSection, showWarnings } from "./plan_section.js";
+import { PlanSection, Warnings } from "./plan_section.js";
 import { Recorder } from "./recorder.js";
 import { TouchSession } from "./touch_session.js";
 import { LiveViews } from "./live_views.js";
@@ -50,6 +51,7 @@ export async function begin() {
   wireTextureMenu({ state, textures, tell });
   const actions = new SceneActions({ state, form, textures, session, tell });
   const recorder = new Recorder({ session, pad, tell, show: (scene) => state.take(scene) });
+  const warnings = new Warnings(pad);
   let first = true;
   const plan = new PlanSection({
     state,
@@ -58,11 +60,11 @@ export async function begin() {
       first = false;
       stale.set("plan", "current");
       form.refuse([]);
-      showWarnings(document.warnings ?? []);
+      warnings.show(document.warnings ?? []);
     },
     onRefused: (detail) => {
+      stale.set("plan", pictureStatusOf(detail.problem));
       if (isTemporary(detail.problem)) return setTimeout(() => plan.show(state.scene), RETRY);
-      stale.set("plan", "refused");
       refused(form, detail);
     },
   });
@@ -71,6 +73,11 @@ export async function begin() {
   wireTrueRatio({ session, state, tell });
   wireHeader(session, { onStop: () => pad.release() });
   session.addEventListener("problem", ({ detail }) => refused(form, detail));
+  session.addEventListener("ready", ({ detail }) => {
+    if (!detail.renewed) return;
+    recorder.renewed();
+    tell("The service has forgotten the stream, as after a restart. A new one goes on with the same scene.");
+  });
   follow({ form, state, session, views, plan, recorder, stale });
   window.ridgewave = {
     get player() {
@@ -123,13 +130,13 @@ function follow({ form, state, session, views, plan, recorder, stale }) {
       away = false;
       if (same(scene, state.scene)) stale.set("picture", "current");
     } catch (error) {
+      if (same(scene, state.scene)) stale.set("picture", pictureStatusOf(error.problem));
       if (isTemporary(error.problem)) {
         if (!away) tell(error.message);
         away = true;
         if (shown === scene) resting = setTimeout(show, RETRY); // a newer scene is requested anyway
         return;
       }
-      if (same(scene, state.scene)) stale.set("picture", "refused");
       refused(form, { problem: error.problem, sentence: error.message });
     }
   };
@@ -153,6 +160,7 @@ const sameSound = (one, other) => same({ ...one, scan: null }, { ...other, scan:
 
 /** Shows a refusal of the service: beside the field, if it names one, and as a message. */
 function refused(form, { problem, sentence }) {
-  form.refuse(problem?.errors ?? []);
+  if (problem?.status === 401) return import("./key_form.js").then(({ askForKey }) => askForKey());
+  if (problem) form.refuse(problem.errors ?? []);
   tell(sentence);
 }

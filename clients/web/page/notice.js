@@ -1,6 +1,7 @@
-/* Messages of the page: the newest one, shown for a while and announced to screen readers. */
+/* Messages of the page: the newest one, shown for a while and announced to screen readers. It lies over the page, in a new
+element each time, so that nothing moves. */
 
-import { byId } from "../dom.js";
+import { byId, make } from "../dom.js";
 
 const SHOWN = 9000; // ms; shorter is missed, longer is out of date
 
@@ -9,7 +10,7 @@ let timer = 0;
 /** Shows `sentence`. */
 export function tell(sentence) {
   const place = byId("notice");
-  place.textContent = sentence;
+  place.replaceChildren(make("span", { text: sentence }));
   place.hidden = false;
   clearTimeout(timer);
   timer = setTimeout(() => {

@@ -20,8 +20,9 @@ const MOST_LOAD = 1000; // N, limit of the service
 const KEYS = "keys";
 const AUTOMATIC = "automatic";
 
-/** The pad. touches: id of a finger -> {position (m), y (m), load (N), speed (m/s)}. */
-export class Pad {
+/** The pad. touches: id of a finger -> {position (m), y (m), load (N), speed (m/s)}. Event "released": no hand touches any
+ *  more. */
+export class Pad extends EventTarget {
   touches = new Map();
   #scale = PIXEL;
   #keys = { down: false, up: false, position: null, direction: 0, timer: 0, time: 0 }; // up: lifted with space
@@ -29,6 +30,7 @@ export class Pad {
   /** session: the TouchSession. state: the SceneState. onTouch(): called when touches change. onScale(metresPerPixel):
    *  called when the magnification changes. tell(sentence). */
   constructor({ session, state, onTouch, onScale, tell }) {
+    super();
     Object.assign(this, { session, onTouch, tell });
     this.element = byId("pad");
     this.load = new ScanSlider("load", {
@@ -110,11 +112,18 @@ export class Pad {
     this.onTouch();
   }
 
+  /** Whether a hand touches, not only the automatic stroke. */
+  get isHeld() {
+    return [...this.touches.keys()].some((id) => id !== AUTOMATIC);
+  }
+
   /** Lifts the finger `id`. */
   lift(id) {
+    const held = this.isHeld;
     this.touches.delete(id);
     this.session.lift(id);
     this.onTouch();
+    if (held && !this.isHeld) this.dispatchEvent(new Event("released"));
   }
 
   /** Starts or stops the automatic stroke. */

@@ -32,9 +32,22 @@ export class PlanSection {
   }
 }
 
-/** Shows the warnings of the plan under the pad. */
-export function showWarnings(warnings) {
-  const place = byId("warnings");
-  place.replaceChildren(...warnings.map((warning) => make("p", { text: warning })));
-  place.hidden = !warnings.length;
+/** The warnings of the plan under the pad. Their number differs, so they wait while a hand touches: what is under it must
+ *  not move. */
+export class Warnings {
+  #waiting = null;
+
+  /** pad: the Pad. */
+  constructor(pad) {
+    this.pad = pad;
+    pad.addEventListener("released", () => this.#waiting && this.show(this.#waiting));
+  }
+
+  show(warnings) {
+    this.#waiting = this.pad.isHeld ? warnings : null;
+    if (this.#waiting) return;
+    const place = byId("warnings");
+    place.replaceChildren(...warnings.map((warning) => make("p", { text: warning })));
+    place.hidden = !warnings.length;
+  }
 }

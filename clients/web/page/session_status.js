@@ -2,12 +2,14 @@
 
 import { siValue } from "../scene/units.js";
 
-const STATES = ["broken", "ended", "connecting", "preparing", "live"]; // worst first
+const STATES = ["broken", "full", "ended", "connecting", "preparing", "live"]; // worst first
 
-const stateOfOne = ({ connection, scene }) =>
-  connection.state === "live" && scene.pending ? "preparing" : connection.state;
+const stateOfOne = ({ connection, scene }) => {
+  if (connection.state === "live") return scene.pending ? "preparing" : "live";
+  return connection.trouble ?? connection.state;
+};
 
-/** Returns the worst state of `fingers`: "broken", "ended", "connecting", "preparing" (a change is being solved) or
+/** Returns the worst state of `fingers`: "broken", "full", "ended", "connecting", "preparing" (a change is being solved) or
  *  "live"; "asleep" if the browser keeps the page silent; "not started" without a player. */
 export function stateOf(player, fingers) {
   if (!player) return "not started";
@@ -15,11 +17,14 @@ export function stateOf(player, fingers) {
   return worst === "live" && !player.awake ? "asleep" : worst;
 }
 
-/** Returns whether the sound belongs to the present scene: "none" (no sound), "pending", "refused" or "current". */
+/** Returns whether the sound belongs to the present scene: "none" (no sound), "broken" (no connection), "full" (no room),
+ *  "pending", "refused" or "current". Fingers without a stream count only if none has one. */
 export function soundStatusOf(player, fingers) {
   if (!player) return "none";
-  if (fingers.some(({ scene }) => scene.refused)) return "refused";
-  const current = fingers.length > 0 && fingers.every((one) => stateOfOne(one) === "live" && one.scene.isCurrent);
+  const heard = fingers.filter(({ connection }) => !connection.trouble);
+  if (fingers.length && !heard.length) return stateOf(player, fingers);
+  if (heard.some(({ scene }) => scene.refused)) return "refused";
+  const current = heard.length > 0 && heard.every((one) => stateOfOne(one) === "live" && one.scene.isCurrent);
   return current ? "current" : "pending";
 }
 

@@ -1,43 +1,38 @@
-/* Greys the parts of the page that do not show or play the present scene yet, and says which.
+/* Greys the parts of the page that do not show or play the present scene, and says why.
 
-Model: sound, picture and plan each have a status: "current", "pending", "refused" (the part still belongs to the
-previous scene) or "none". The output is "awake" or "asleep". The pad shows the picture and plays the sound: it is
-grey until both are current. */
+Model: sound, picture and plan each have a status: "current", "pending", why there is none (status_texts.js), or "none".
+A part that was never current shows nothing, otherwise it shows an earlier scene. The output is "awake" or "asleep". The
+pad shows the picture and plays the sound: it is grey until both are current. */
 
-import { byId } from "../dom.js";
+import { byId, make } from "../dom.js";
+import { padSentence } from "./status_texts.js";
 
-const GREY = { pad: ["sound", "picture"], contact: ["sound", "picture"], waveform: ["sound"], spectrum: ["sound"] };
-const ASLEEP = "The browser keeps this page silent until you click, press a key or lift your finger.";
+const GREY = { contact: ["picture", "sound"], waveform: ["sound"], spectrum: ["sound"] };
+const SAME_SCENE = ["current", "none", "broken", "full"]; // statuses of a part that shows the present scene
+const SILENT = ["broken", "full"]; // statuses of a sound that cannot be played
 
 export class StaleParts {
   #status = {};
+  #shown = new Set(); // parts that were current once
 
   /** Sets the status of "sound", "picture", "plan" or "output". */
   set(part, status) {
     if (this.#status[part] === status) return;
     this.#status[part] = status;
-    for (const [id, parts] of Object.entries(GREY)) {
-      const place = byId(id).closest("figure") ?? byId(id);
-      place.toggleAttribute(
-        "data-stale",
-        parts.some((one) => this.#isLate(one)),
-      );
-    }
-    document.querySelector(".plan-section").toggleAttribute("data-stale", this.#isLate("plan"));
-    byId("pad-note").textContent = this.#sentence();
-    byId("pad-note").hidden = !byId("pad-note").textContent;
+    if (status === "current") this.#shown.add(part);
+    for (const [id, parts] of Object.entries(GREY)) this.#mark(byId(id).closest("figure"), parts);
+    this.#mark(document.querySelector(".plan-section"), ["plan"]);
+    this.#mark(byId("pad"), ["sound", "picture"], SILENT.includes(this.#status.sound));
+    const note = padSentence({ ...this.#status, shown: this.#shown.has("picture") });
+    const place = byId("pad-note");
+    if (place.textContent !== note) place.replaceChildren(make("span", { text: note })); // a new element moves nothing
+    place.hidden = !note;
   }
 
-  #isLate(part) {
-    return ["pending", "refused"].includes(this.#status[part]);
-  }
-
-  #sentence() {
-    const late = ["sound", "picture"].filter((part) => this.#isLate(part));
-    if (this.#status.output === "asleep") return ASLEEP;
-    if (!late.length) return "";
-    if (late.some((part) => this.#status[part] === "refused"))
-      return "This scene is refused. Picture and sound still belong to the previous scene.";
-    return `Not updated yet: ${late.join(" and ")}.`;
+  /** Greys `place` if one of `parts` is not of the present scene; its title says so (page.css). */
+  #mark(place, parts, grey = false) {
+    const late = parts.find((one) => one in this.#status && !SAME_SCENE.includes(this.#status[one]));
+    place.toggleAttribute("data-stale", Boolean(late) || grey);
+    if (late) place.dataset.stale = late === "sound" || this.#shown.has(late) ? "" : "empty";
   }
 }

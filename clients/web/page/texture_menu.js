@@ -5,6 +5,7 @@ as a choice that cannot be made here. */
 import { byId, make } from "../dom.js";
 import { call, callBinary } from "../service.js";
 import { wireImport } from "../textures/import_control.js";
+import { byGroup } from "../textures/groups.js";
 
 const SINUSOID = "sinusoid";
 
@@ -18,9 +19,9 @@ export function wireTextureMenu({ state, textures, tell }) {
   };
   const about = new TextureDescription(menu, byId("texture-about"), { textures, onDeleted, tell });
   const fill = () => {
-    const groups = Map.groupBy(textures.entries, ({ group }) => group);
+    const groups = byGroup(textures.entries);
     const sinusoid = make("option", { value: SINUSOID, text: "Sinusoid" });
-    menu.replaceChildren(other, sinusoid, ...[...groups].map(optionGroup));
+    menu.replaceChildren(other, sinusoid, ...groups.map(optionGroup));
   };
   const show = (wanted = menu.value) => {
     const { texture } = state.scene;
@@ -72,7 +73,7 @@ function optionGroup([label, entries]) {
   return make("optgroup", { label }, ...entries.map(option));
 }
 
-/** What the page shows of the chosen texture: a picture before the menu, a sentence, and its numbers when opened. */
+/** What the page shows of the chosen texture: a picture beside the menu, a sentence, and its numbers when opened. */
 class TextureDescription {
   #text;
   #picture = make("img", { id: "texture-picture", alt: "", hidden: true });
@@ -85,7 +86,7 @@ class TextureDescription {
   constructor(menu, text, own) {
     this.#text = text;
     this.own = own;
-    menu.before(this.#picture);
+    menu.after(this.#picture);
     text.after(this.#details);
     this.#details.addEventListener("toggle", () => this.#details.open && this.#showNumbers(this.#entry));
   }

@@ -13,6 +13,7 @@ import { changesWhatIsFixed, hasFullScale, same, withField } from "../scene/merg
 import { placed } from "../live/contact_update.js";
 import { neededFullScale, withFullScaleOf } from "../live/stream_scene.js";
 import { Player } from "../sound/player.js";
+import { endSentence } from "./status_texts.js";
 import { rateOf, soundStatusOf, stateOf, statsOf } from "./session_status.js";
 
 const MOST_FINGERS = 5; // those of a hand; each is a stream of the service
@@ -296,13 +297,14 @@ export class TouchSession extends EventTarget {
 
   #changed(finger, type, detail) {
     if (type === "ready") this.#tell("ready", detail);
-    if (type === "ended") this.#drop(finger);
+    if (type === "ended") this.#drop(finger, detail);
     this.#tell("state", { state: this.state });
   }
 
   /** Removes a finger whose stream has ended; stops the session with the last one. */
-  #drop(finger) {
+  #drop(finger, detail) {
     if (!this.fingers.includes(finger)) return;
+    this.#tell("problem", { problem: detail.problem, sentence: endSentence(detail) });
     this.fingers = this.fingers.filter((other) => other !== finger);
     for (const [id, held] of this.#holders) if (held === finger) this.#holders.delete(id);
     if (!this.fingers.length) this.stop();

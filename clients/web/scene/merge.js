@@ -8,6 +8,13 @@ const AMPLITUDES = { finger: "ridge_amplitude", texture: "amplitude" };
 
 const isObject = (value) => typeof value === "object" && value !== null && !Array.isArray(value);
 
+/** Returns a copy of a JSON value. (`structuredClone` is missing in browsers of before 2022.) */
+export function copyOf(value) {
+  if (Array.isArray(value)) return value.map(copyOf);
+  if (!isObject(value)) return value;
+  return Object.fromEntries(Object.entries(value).map(([name, inner]) => [name, copyOf(inner)]));
+}
+
 /** Returns whether two JSON values are equal, whatever the order of names. */
 export function same(one, other) {
   if (!isObject(one) || !isObject(other)) return JSON.stringify(one) === JSON.stringify(other);
@@ -44,7 +51,7 @@ export function displaced(section, present, name, value) {
  * other fields.
  */
 export function withField(scene, path, value) {
-  const changed = structuredClone(scene);
+  const changed = copyOf(scene);
   const [section, name] = path;
   if (path.length > 1 && (value !== undefined || name === "kind")) {
     const present = changed[section] ?? {};

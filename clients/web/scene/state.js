@@ -9,7 +9,7 @@ Limits: nothing is validated; the service validates the scene. */
 
 import { START_SCENE } from "./start_scene.js";
 import { UndoHistory } from "./undo.js";
-import { changesWhatIsFixed, same, sameTexture, unwritten, withField } from "./merge.js";
+import { changesWhatIsFixed, copyOf, same, sameTexture, unwritten, withField } from "./merge.js";
 
 export class SceneState extends EventTarget {
   #scene = START_SCENE;
@@ -18,7 +18,7 @@ export class SceneState extends EventTarget {
 
   /** A copy of the scene. */
   get scene() {
-    return structuredClone(this.#scene);
+    return copyOf(this.#scene);
   }
 
   /** Values of the fields that the scene leaves to their defaults, as far as the service has reported them. */
@@ -44,7 +44,7 @@ export class SceneState extends EventTarget {
   take(scene, settled = true, other = false) {
     const before = this.#scene;
     if (same(before, scene) && !settled) return;
-    this.#scene = structuredClone(scene);
+    this.#scene = copyOf(scene);
     if (settled) this.#history.push(this.scene);
     const detail = {
       scene: this.scene,
@@ -57,7 +57,7 @@ export class SceneState extends EventTarget {
 
   /** Takes the first scene of the page, before which there is nothing to undo. */
   begin(scene) {
-    this.#history = new UndoHistory(structuredClone(scene));
+    this.#history = new UndoHistory(copyOf(scene));
     this.take(scene);
   }
 

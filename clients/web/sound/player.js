@@ -27,10 +27,13 @@ export class Player extends EventTarget {
 
   /** Returns a new player. sampleRate: Hz, that of the scene. latencyHint: that of AudioContext. */
   static async open({ sampleRate = 48000, latencyHint = "interactive" } = {}) {
+    setAudioSession("playback");
     const context = contextOf(sampleRate, latencyHint);
     try {
       context.resume().catch(() => {}); // if this gesture does not permit sound, a later one will
-      await context.audioWorklet.addModule(new URL("./ring_buffer.js", import.meta.url));
+      await context.audioWorklet.addModule(new URL("./ring_buffer.js", import.meta.url)).catch(() => {
+        throw new Error("The sound did not load. Check that the service is running, then press Touch again.");
+      });
     } catch (error) {
       await context.close();
       throw error;
@@ -139,6 +142,7 @@ export class Player extends EventTarget {
     for (const kind of WAKING) window.removeEventListener(kind, this.#wake, true);
     for (const source of this.#sources) source.close();
     await this.context.close();
+    setAudioSession("auto");
   }
 
   /** Resumes sound that the browser or the system has paused (a call, a laptop that slept). */
@@ -166,11 +170,17 @@ export class Player extends EventTarget {
   }
 }
 
+/** Sets the kind of sound of the page where the browser has kinds (Safari). "playback" sounds although the mute switch of
+ *  an iPhone is on; "auto" leaves other apps their sound. */
+function setAudioSession(type) {
+  if (navigator.audioSession) navigator.audioSession.type = type;
+}
+
 function contextOf(sampleRate, latencyHint) {
   try {
     return new AudioContext({ sampleRate, latencyHint });
   } catch (error) {
-    if (error.name !== "NotSupportedError") throw error;
+    if (!["NotSupportedError", "RangeError", "TypeError"].includes(error.name)) throw error;
     throw new Error("This browser cannot play that sample rate. Set 48 kHz, or download the WAV.");
   }
 }

@@ -266,7 +266,9 @@ function limited(metresPerPixel) {
   return Math.min(FARTHEST, Math.max(NEAREST, metresPerPixel));
 }
 
-const probe = new OffscreenCanvas(1, 1).getContext("2d", { willReadFrequently: true });
+const probe = Object.assign(document.createElement("canvas"), { width: 1, height: 1 }).getContext("2d", {
+  willReadFrequently: true,
+});
 
 function rgbOf(colour) {
   probe.fillStyle = colour;

@@ -8,9 +8,10 @@ import { MotorStrength } from "../motors/strength.js";
 
 export class ControllerMotors {
   /** @param {{frequencies: number[], displacement: number[]} | null} threshold answer of
-   *  `GET /v1/threshold`: Hz, and m (peak) */
-  constructor(threshold) {
-    this.threshold = threshold;
+   *  `GET /v1/threshold`: Hz, and m (peak)
+   * @param {(hand: string) => void} onRefused the controller of a hand has refused every effect */
+  constructor(threshold, onRefused = () => {}) {
+    Object.assign(this, { threshold, onRefused });
     this.session = null;
     this.motors = new Map();
     this.strengths = new WeakMap();
@@ -51,7 +52,7 @@ export class ControllerMotors {
 
   #motor(hand) {
     if (!this.motors.has(hand)) {
-      const motor = new Motors({ gamepads: () => [] });
+      const motor = new Motors({ gamepads: () => [], onRefused: () => this.onRefused(hand) });
       motor.follow({ inputSources: [...this.session.inputSources].filter(({ handedness }) => handedness === hand) });
       this.motors.set(hand, motor);
     }

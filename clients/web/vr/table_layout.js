@@ -7,6 +7,8 @@ arm's length. The magnification is larger for finer textures. Heights are magnif
 widths.
 Limits: at most 4 columns. */
 
+import { byGroup } from "../textures/groups.js";
+
 /** Largest number of swatches of the catalogue. */
 export const MOST = 12;
 /** Largest number of swatches of imported textures: a row. */
@@ -34,7 +36,7 @@ const HEIGHT_OVER_WIDTH = 3; // makes slopes of 0.02 to 0.12 visible in the ligh
  * @returns the kept entries: of each group equally many, or one more, if it has them; spread evenly over the group
  */
 export function chooseSwatches(entries, most = MOST) {
-  const groups = [...Map.groupBy(entries, ({ group }) => group).values()];
+  const groups = byGroup(entries).map(([, group]) => group);
   const counts = groups.map(() => 0);
   for (let left = Math.min(most, entries.length); left > 0; ) {
     for (const [index, group] of groups.entries()) {
