@@ -14,25 +14,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import Field, dataclass, field, fields
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit
 
+from service.operations.root_path_setting import WithHint, read_root_path
 from synth.errors import Fault, InvalidRequest, shown
 
 PREFIX = "RIDGEWAVE_"
 NODE_NAME = r"[A-Za-z0-9_-]{1,32}"  # no dot: in a session's id a dot ends the node's name
 
 
-OWN_PARTS = ("v1", "web", "vr", "docs", "openapi.json", "healthz", "readyz", "metrics")
-"""First parts of the service's own paths. A prefix that began with one could not be told from them."""
-ROOT_PATH = re.compile(rf"(?!/({'|'.join(map(re.escape, OWN_PARTS))})(/|$))(/(?!\.\.?(/|$))[A-Za-z0-9._~@+-]+)+")
-
-
 class SettingsError(InvalidRequest):
     """Invalid settings; the pointer of each fault is the name of an environment variable."""
-
-
-class _WithHint(ValueError):
-    """Raised by a reader that can say what to write instead."""
 
 
 def _setting(default: Any, read: Callable[[str], Any], allowed: str, sentence: str) -> Any:
@@ -103,19 +94,6 @@ def _folder(text: str) -> str:
     return str(Path(text).resolve())
 
 
-def _root_path(text: str) -> str:
-    """Return a prefix of paths. The hint of a refusal is the prefix that was probably meant, or one that works."""
-    if ROOT_PATH.fullmatch(text):
-        return text
-    parts = [part for part in urlsplit(text).path.split("/") if part not in ("", ".", "..")]
-    meant = "/" + "/".join(parts)
-    if ROOT_PATH.fullmatch(meant):
-        raise _WithHint(f"Write {meant}.")
-    if ROOT_PATH.fullmatch("/touch" + meant):
-        raise _WithHint(f"Write /touch{meant}: the service has a path /{parts[0]} itself.")
-    raise ValueError
-
-
 _HOST = r"[A-Za-z0-9._-]+|\[[0-9A-Fa-f:.]+\]"
 
 
@@ -138,7 +116,7 @@ class Settings:
     )
     root_path: str = _setting(
         "",
-        _root_path,
+        read_root_path,
         "a path such as /lab/touch: letters, digits and -._~@+, no / at the end, none of the service's own paths",
         "The path under which a proxy offers the service, in all links. A proxy may pass it on or remove it.",
     )
@@ -369,7 +347,7 @@ def read_settings(environment: Mapping[str, str] | None = None, **overrides: obj
         try:
             values[entry.name] = entry.metadata["read"](text.strip())
         except ValueError as error:
-            faults.append(_fault(entry, text, str(error) if isinstance(error, _WithHint) else ""))
+            faults.append(_fault(entry, text, str(error) if isinstance(error, WithHint) else ""))
     assert not overrides, f"not settings: {', '.join(overrides)}"
     if not faults:
         settings = Settings(**values)
