@@ -13,5 +13,5 @@ import("./page/main.js")
         loading.textContent = LOADING_FAILS[pictureStatusOf(problem.problem)] ?? problem.message;
       });
     if (problem.problem?.status === 401) import("./page/key_form.js").then(({ askForKey }) => askForKey());
-    console.error(problem);
+    else if (problem.name !== "ServiceProblem") console.error(problem);
   });

@@ -10,7 +10,8 @@ from urllib.parse import urlsplit
 
 OWN_PARTS = ("v1", "web", "vr", "docs", "openapi.json", "healthz", "readyz", "metrics")
 """First parts of the service's own paths. A prefix that began with one could not be told from them."""
-ROOT_PATH = re.compile(rf"(?!/({'|'.join(map(re.escape, OWN_PARTS))})(/|$))(/(?!\.\.?(/|$))[A-Za-z0-9._~@+-]+)+")
+NAME = re.compile(r"(?!\.\.?(/|$))[A-Za-z0-9._~@+-]+")
+ROOT_PATH = re.compile(rf"(?!/({'|'.join(map(re.escape, OWN_PARTS))})(/|$))(/{NAME.pattern})+")
 
 
 class WithHint(ValueError):
@@ -22,6 +23,8 @@ def read_root_path(text: str) -> str:
     if ROOT_PATH.fullmatch(text):
         return text
     parts = [part for part in urlsplit(text).path.split("/") if part not in ("", ".", "..")]
+    if not all(map(NAME.fullmatch, parts)):
+        raise WithHint("Write names of letters, digits and -._~@+, each after a /, such as /lab/touch.")
     meant = "/" + "/".join(parts)
     if ROOT_PATH.fullmatch(meant):
         raise WithHint(f"Write {meant}.")

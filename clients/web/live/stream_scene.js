@@ -19,6 +19,14 @@ export function withFullScaleOf(ready, scene) {
   return withField(scene, ["output", "full_scale"], ready.full_scale[0]);
 }
 
+/** Returns `scene` as a hand needs it: without speed and load of a constant scan, which belong to the hand. The automatic
+ *  full scale of a texture then does not depend on them. */
+export function forHand(scene) {
+  const { speed, load, ...scan } = scene.scan ?? {};
+  const { scan: _, ...others } = scene;
+  return Object.keys(scan).length ? { ...others, scan } : others;
+}
+
 /** Returns the full scale, SI, that leaves room above what the limiter reduced by `reduction` dB in the stream `ready`.
  *  */
 export function neededFullScale(ready, reduction) {

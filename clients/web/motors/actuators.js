@@ -46,7 +46,16 @@ function waysOfGamepad({ vibrationActuator, hapticActuators }) {
 
 /** Returns the Motor of a gamepad. onRefused(): called once, when it has no way left. */
 export function motorOf(gamepad, onRefused) {
-  return new Motor(waysOfGamepad(gamepad), onRefused);
+  return new Motor(waysIn(gamepad), onRefused);
+}
+
+/** Returns the ways of `gamepad`; none if its browser throws when the page asks. */
+function waysIn(gamepad) {
+  try {
+    return waysOfGamepad(gamepad);
+  } catch {
+    return [];
+  }
 }
 
 class Motor {
@@ -82,7 +91,7 @@ class Motor {
   async #accepts(way, strength, duration) {
     try {
       const answer = await inTime(way.play(strength, duration), duration + PATIENCE);
-      if (REFUSALS.includes(answer)) throw new Error(answer);
+      if (answer === false || REFUSALS.includes(answer)) throw new Error(answer);
       way.failures = 0;
       return true;
     } catch (problem) {

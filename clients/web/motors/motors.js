@@ -73,7 +73,7 @@ export class Motors {
   #motorsOf(gamepad, hand) {
     if (!gamepad) return [];
     const name = gamepad.id;
-    const key = gamepad.vibrationActuator ?? gamepad.hapticActuators?.[0];
+    const key = actuatorOf(gamepad);
     if (!key) return [];
     if (!this.#known.has(key))
       this.#known.set(
@@ -83,5 +83,14 @@ export class Motors {
     const motor = this.#known.get(key);
     const play = (strength, duration) => motor.play(strength, duration);
     return motor.works ? [{ name, form: motor.form, hand, play }] : [];
+  }
+}
+
+/** Returns the first actuator of `gamepad`, null if there is none or the browser does not let the page have it. */
+function actuatorOf(gamepad) {
+  try {
+    return gamepad.vibrationActuator ?? gamepad.hapticActuators?.[0] ?? null;
+  } catch {
+    return null;
   }
 }

@@ -3,6 +3,8 @@
 import { byId } from "../dom.js";
 import { call, useKey } from "../service.js";
 
+const UNUSUAL = /[^\x21-\x7e]/; // keys of the service have none of these; a browser cannot send most of them
+
 /** Shows the form. A refused key stays in the field, with an error message. */
 export function askForKey() {
   const [form, field, fault] = [byId("key"), byId("key-text"), byId("key-fault")];
@@ -20,7 +22,9 @@ export function askForKey() {
   field.focus();
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
-    useKey(field.value);
+    if (UNUSUAL.test(field.value.trim()))
+      return refuse("No key has spaces, or characters other than visible ASCII. Copy it again, or type it.");
+    useKey(field.value.trim());
     try {
       await call("GET", "/v1/textures");
     } catch ({ problem, message }) {

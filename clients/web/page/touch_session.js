@@ -11,7 +11,7 @@ sentence}, "limited" {reduction} in dB. */
 import { Finger } from "../hand/finger.js";
 import { changesWhatIsFixed, hasFullScale, same, withField } from "../scene/merge.js";
 import { placed } from "../live/contact_update.js";
-import { neededFullScale, withFullScaleOf } from "../live/stream_scene.js";
+import { forHand, neededFullScale, withFullScaleOf } from "../live/stream_scene.js";
 import { Player } from "../sound/player.js";
 import { endSentence } from "./status_texts.js";
 import { rateOf, soundStatusOf, stateOf, statsOf } from "./session_status.js";
@@ -270,7 +270,7 @@ export class TouchSession extends EventTarget {
   }
 
   #made(scene) {
-    const finger = new Finger({ player: this.player, scene, record: this.recording });
+    const finger = new Finger({ player: this.player, scene: forHand(scene), record: this.recording });
     for (const type of ["ready", "broken", "resumed", "ended", "sceneStatus"])
       finger.addEventListener(type, ({ detail }) => this.#changed(finger, type, detail));
     finger.addEventListener("block", ({ detail }) =>

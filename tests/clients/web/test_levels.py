@@ -95,6 +95,20 @@ def test_the_same_stroke_is_as_loud_after_other_textures(comb_page: Page) -> Non
     assert comb_page.evaluate(STEADY_RMS) == pytest.approx(first, rel=0.01)
 
 
+def test_the_level_of_a_texture_does_not_depend_on_the_sliders_or_on_a_reload(comb_page: Page) -> None:
+    started(comb_page)
+    first = chosen(comb_page, "grating-1mm-31um")
+    comb_page.evaluate("() => ridgewave.state.write(['scan', 'speed'], '2.14 mm/s')")
+    comb_page.evaluate("() => ridgewave.state.write(['scan', 'load'], '1.5 N')")
+    chosen(comb_page, "grating-500um-40um")
+    assert chosen(comb_page, "grating-1mm-31um") == first
+    comb_page.reload()
+    loaded(comb_page)
+    started(comb_page)
+    assert comb_page.evaluate("() => ridgewave.state.scene.scan") == {"speed": "2.14 mm/s", "load": "1.5 N"}
+    assert comb_page.evaluate(SCALE) == first
+
+
 def test_a_choice_during_a_stroke_moves_the_hand_to_the_new_stream(comb_page: Page) -> None:
     comb_page.click("#stroke")
     comb_page.wait_for_function(f"() => ({TOUCHING})() === 1 && ridgewave.fingers[0].source.played > 4800")

@@ -57,6 +57,8 @@ TOOLS = """() => {
     "no effects": { vibrationActuator: { effects: [], playEffect: throws } },
     "no actuator": { vibrationActuator: null },
     "an empty plural": { hapticActuators: [] },
+    "a getter that throws": { vibrationActuator: { get effects() { throw new Error("no"); }, playEffect: plays } },
+    "pulse says false": { vibrationActuator: { pulse: async () => false } },
   };
   window.connect = (...names) => {
     heard.length = 0;
@@ -81,8 +83,8 @@ PLAY = {
     "one in both places": "pulse",
     "first rejects, plural plays": "pulse",
 }
-REFUSE = ("all reject", "all throw", "all hang")
-LACK = ("only a type", "no effects", "no actuator", "an empty plural")
+REFUSE = ("all reject", "all throw", "all hang", "pulse says false")
+LACK = ("only a type", "no effects", "no actuator", "an empty plural", "a getter that throws")
 STATE = "document.getElementById('rumble-state').textContent"
 
 

@@ -309,7 +309,10 @@ def test_without_javascript_the_page_says_what_to_do(chromium: Browser, service:
 def test_a_service_with_a_key_asks_for_it(kept_touch_page: Page, key_service: Running) -> None:
     page = kept_touch_page
     with visited(page, key_service.url + link_to({})) as watch:
-        watch.allow("status of 401|ServiceProblem")
+        watch.allow("status of 401")
+        page.locator("#key-text").fill("ключ\u200b")
+        page.keyboard.press("Enter")
+        page.wait_for_function("() => document.getElementById('key-fault').textContent.includes('visible ASCII')")
         page.locator("#key-text").fill("wrong")
         page.keyboard.press("Enter")
         page.wait_for_function("() => document.getElementById('key-fault').textContent.includes('does not accept')")
