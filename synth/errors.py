@@ -114,4 +114,4 @@ def _pieces(value: Any, limit: int) -> Iterator[str]:
             yield from _pieces(item, limit)
         yield "]"
     else:
-        yield repr(value)
+        yield " ".join(repr(value).split())  # an array has lines

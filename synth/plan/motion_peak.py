@@ -23,6 +23,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
+from synth.motion.fade_envelope import fade_envelope
 from synth.motion.motion import LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
 from synth.plan.frame_solver import FRAME_SETUP, FrameSolver, solution_nanoseconds, stride_of
@@ -76,7 +77,10 @@ def peaks_along(
             f"the loudest, of {len(chunks)}. A louder one may have been missed."
         )
         chunks = _loud_chunks(series or contact, scene, orders, length, solver.chunk / rate, most)
-    found = [np.abs(solver.solved(one, orders)[:, : frames - one * solver.chunk]) for one in chunks]
+    found = []
+    for one in chunks:
+        values = np.abs(solver.solved(one, orders)[:, : frames - one * solver.chunk])
+        found.append(values if whole else values * _fades(scene, one * solver.chunk, values.shape[1]))
     return np.asarray(np.max([np.max(one, axis=1) for one in found], axis=0)), warning
 
 
@@ -91,8 +95,16 @@ def steady_peak(reader: SeriesCurve, level: float, scene: Scene) -> float:
     for first in range(0, min(frames, MOST_FRAMES), TOGETHER):
         part = out[: frames - first]
         reader.read(first * step % 2**64, step, 1.0, part, 0)
-        peak = max(peak, float(np.max(np.abs(part + level))))
+        faded = np.abs(part + level) * _fades(scene, first, len(part))[:, np.newaxis]
+        peak = max(peak, float(np.max(faded)))
     return peak
+
+
+def _fades(scene: Scene, first: int, frames: int) -> Array:
+    """Return the gains [frames] of the fades of a file from frame `first` on."""
+    rate = scene.output.sample_rate
+    total, fade = round(scene.output.duration * rate), round(scene.output.fade * rate)
+    return fade_envelope(first, frames, total, fade) if fade else np.ones(frames)
 
 
 def _rendered(scene: Scene, whole: bool) -> float:

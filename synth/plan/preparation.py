@@ -166,7 +166,7 @@ def prepare(
     area = area and (by_hand or moves or harmonics_in_band(scene, WIDE + 1) > WIDE)
     paced = paced and (bool(scene.effects) or moves or area)
     file = not heard or exact
-    lasting = None if by_hand or paced else scene.output.duration  # decides the full scale
+    lasting = None if heard else (scene.output.duration, scene.output.fade)  # they decide the full scale
     key: Hashable = ("preparation", by_hand, paced, exact, file, lasting, parts)
 
     def build() -> Preparation:
@@ -235,7 +235,28 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
             solved = replace(solved, channels=tuple(one.with_error(cells) for one in solved.channels))
     if solved.moving and not solved.simulated:
         solved = _with_motion(solved, cache, exact=exact)
-    return solved if solved.effects is None else _with_stages(solved, solved.effects, cache, exact=exact)
+    if solved.effects is None:
+        return solved
+    solved = _with_stages(solved, solved.effects, cache, exact=exact)
+    return replace(solved, warnings=(*solved.warnings, *_level_warning(solved)))
+
+
+def _level_warning(solved: Preparation) -> tuple[str, ...]:
+    """Return a warning if an automatic full scale of a file is not that of its own frames, as effects decide them."""
+    scene, effects, channels = solved.scene, solved.effects, solved.scene.output.channel_list
+    changes = scene.scan.stroke is not None or scene.scan.trajectory is not None or not scene.scan.along_x
+    if solved.live or effects is None or not (changes or scene.output.fade):
+        return ()
+    automatic: list[str] = [one.quantity for one in channels if solved.simulated and not one.full_scale]
+    given = [scale for effect, settings in outputs_of(scene) for scale in effect.scales(settings)]
+    automatic += [one.quantity for one, scale in zip(effects.channels, given, strict=True) if not scale]
+    if not automatic:
+        return ()
+    return (
+        f"The full scale of the {' and '.join(automatic).replace('_', ' ')} is that of steady scanning or of the "
+        "first seconds of the motion, because effects are simulated. The file may peak above or below 0.8 of it. "
+        "Set output.full_scale for a level of your own.",
+    )
 
 
 def _stretch(scene: Scene) -> Stretch | None:

@@ -24,6 +24,7 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationInfo
 from pydantic_core import PydanticCustomError
 
+from synth.scene.array_values import is_array
 from synth.scene.quantity import Dimension, show_quantity
 from synth.scene.rules import (
     MOST_FAULTS,
@@ -141,7 +142,16 @@ class Trajectory(Rule):
 
 def _over_area(point: object) -> bool:
     """Return whether a recorded point has the place of the finger over an area."""
+    if is_array(point):
+        return getattr(point, "shape", ()) == (len(AREA_POINT_RULES),)
     return isinstance(point, list | tuple) and len(point) == len(AREA_POINT_RULES)
+
+
+def _all_over_area(points: object) -> bool:
+    """Return whether recorded points, as written, have places over an area: a list, or the rows of an array."""
+    if is_array(points):
+        return tuple(getattr(points, "shape", ()))[1:] == (len(AREA_POINT_RULES),)
+    return isinstance(points, list | tuple) and bool(points) and _over_area(points[0])
 
 
 def _read_point(point: object, index: int, rules: tuple[Quantity, ...], refusals: list[Refusal]) -> Point | None:
@@ -286,8 +296,8 @@ class Scan(Section):
     @classmethod
     def conflicts(cls, given: Fields) -> list[Refusal]:
         """Refuse a scan of two kinds at once, and a line beside points that contain places over an area."""
-        points, refusals = given.get("trajectory"), cls._of_two_kinds(given)
-        if isinstance(points, list | tuple) and points and _over_area(points[0]):
+        refusals = cls._of_two_kinds(given)
+        if _all_over_area(given.get("trajectory")):
             allowed = "not beside points over an area"
             hint = "Leave it out: the points contain the places and directions of the finger."
             refusals += [refusal([name], given[name], allowed, hint) for name in LINE if name in given]
@@ -352,7 +362,6 @@ class Scan(Section):
 
 def over_area_fields(given: Mapping[str, Any]) -> list[str]:
     """Return the names of the fields of a scan, as written, that need a texture over an area."""
-    points = given.get("trajectory")
     fields = {name: given[name] for name in LINE if given.get(name) is not None}
     names = [name for name in fields if Scan.value_of(fields, name) != 0.0]
-    return names + ["trajectory"] * (isinstance(points, list | tuple) and bool(points) and _over_area(points[0]))
+    return names + ["trajectory"] * _all_over_area(given.get("trajectory"))

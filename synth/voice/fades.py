@@ -1,7 +1,7 @@
-"""Fades at the start and at the end of a finite sound.
+"""Fades within a block, and the gain reduction of the limiter in words.
 
-Model   A raised cosine over `output.fade` at the start and at the end of a finite render. A half cosine where a stream
-        must end within a block that is already rendered.
+Model   A half cosine where a stream must end within a block that is already rendered. `motion.fade_envelope` has the
+        fades of a finite render.
 Source  design, section 4.
 """
 
@@ -28,13 +28,6 @@ def end_gains(frames: int) -> Array:
 def under(block: Block, gains: Array) -> Block:
     """Return `block` with each frame multiplied by its gain."""
     return np.asarray(block * gains[:, np.newaxis], dtype=np.float32)
-
-
-def fade_envelope(first: int, frames: int, total: int, fade_frames: int) -> Array:
-    """Return the gains [frames] from frame `first` on of a render of `total` frames with fades of `fade_frames`."""
-    n = np.arange(first, first + frames)
-    near = np.minimum(n + 0.5, total - n - 0.5) / fade_frames
-    return np.asarray(0.5 - 0.5 * np.cos(math.pi * np.clip(near, 0.0, 1.0)))
 
 
 def reduction_warning(decibels: float) -> tuple[str, ...]:

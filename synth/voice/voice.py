@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from synth.arrays import Block
+from synth.motion.fade_envelope import fade_envelope
 from synth.motion.motion import Motion, completed
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.effect_choice import require_one_shape
@@ -28,7 +29,6 @@ from synth.plan.usual_hand import prepare_hand, with_hand_scale
 from synth.response.phases import phase_step, turns_to_phase
 from synth.response_cache import SHARED, ResponseCache
 from synth.scene.scene import Scene, SceneLike, scene_from
-from synth.voice.fades import fade_envelope
 from synth.voice.solved_frames import SolvedFrames
 
 if TYPE_CHECKING:

@@ -90,6 +90,27 @@ def test_an_output_shorter_than_its_motion_is_as_loud_as_its_own_frames(scan: st
     check({"texture": {"period": "2 mm"}, "scan": SCANS[scan], "output": {"duration": duration}})
 
 
+@pytest.mark.parametrize("quantity", QUANTITIES)
+@pytest.mark.parametrize("scan", ["constant", "stroke", "varying", "landing"])
+def test_fades_count(scan: str, quantity: str) -> None:
+    output = {"quantity": quantity, "duration": 0.3, "fade": 0.15, "sample_rate": 8000}
+    check({"texture": {"kind": "grating"}, "scan": SCANS[scan], "output": output})
+
+
+@pytest.mark.parametrize("effect", [{"adhesion": {}}, {"inertia": {}}, {"tangential": {}}, {"viscous_skin": {}}])
+@pytest.mark.parametrize("scan", ["stroke", "landing"])
+def test_a_level_that_effects_decide_is_within_bounds_or_the_plan_says_why_not(
+    effect: dict[str, Any], scan: str
+) -> None:
+    output = {"duration": 0.2, "sample_rate": 8000}
+    scene = {"texture": {"kind": "grating"}, "scan": SCANS[scan], "effects": effect, "output": output}
+    found, warnings = peak_of(scene)
+    assert any("may peak above or below 0.8" in one for one in warnings), found
+    own = {**scene, "effects": {name: {"full_scale": 1.0} if name == "tangential" else {} for name in effect}}
+    own["output"] = {**output, "full_scale": 1.0}
+    assert not any("may peak" in one for one in peak_of(own)[1])
+
+
 def test_a_lift_that_is_not_rendered_is_not_heard_in_the_full_scale() -> None:
     points = [[0, 0, 0.3], [0.5, 0.03, 0.3], [1, 0.07, 0.3], [1.5, 0.1, 0.3], [2, 0.13, 0.3]]
     texture = {"kind": "grating-1mm-31um"}

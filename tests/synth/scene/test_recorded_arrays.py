@@ -1,0 +1,21 @@
+"""Rules about recorded points hold for arrays as they do for lists."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synth.errors import SceneError
+from synth.scene.scene import parse_scene
+
+
+@pytest.mark.parametrize("form", [lambda rows: rows, np.ndarray.tolist, list])
+def test_a_recording_over_an_area_on_a_texture_of_lines_is_refused_in_every_form(form: Any) -> None:
+    points = np.linspace([0.0, 0.0, 0.0, 0.0, 0.3], [0.2, 0.01, 0.01, 0.1, 0.4], 11)
+    with pytest.raises(SceneError, match=r"scan\.trajectory: .* a scan of a texture over an area"):
+        parse_scene({"texture": {"kind": "grating"}, "scan": {"trajectory": form(points)}})
+    assert not parse_scene({"texture": {"kind": "dots"}, "scan": {"trajectory": form(points)}}).scan.along_x
+    with pytest.raises(SceneError, match=r"scan\.heading: .* not beside points over an area"):
+        parse_scene({"texture": {"kind": "dots"}, "scan": {"trajectory": form(points), "heading": 0.1}})
