@@ -29,6 +29,7 @@ SIGNATURES: tuple[tuple[int, bytes, str, str], ...] = (
     (0, b"solid ", "a mesh (STL, as text)", MESH),
     (0, b"ply\n", "a mesh (PLY)", MESH),
     (0, b"ply\r", "a mesh (PLY)", MESH),
+    (0, b"# .PCD", "a cloud of points (PCD)", "Save x, y and height of a lattice as text: x [mm]; y [mm]; z [um]."),
     (0, b"Kaydara FBX Binary", "a 3D scene (FBX)", MESH),
     (0, b"; FBX", "a 3D scene (FBX, as text)", MESH),
     (0, b"glTF", "a 3D scene (glTF)", MESH),
@@ -110,7 +111,7 @@ IN_ZIP = (
     ("ppt/", "a presentation (PPTX)", PRINTED),
     ("xl/", "a spreadsheet (XLSX)", TABLE),
     ("3D/", "a mesh (3MF)", MESH),
-    ("content.xml", "a document or a spreadsheet of LibreOffice", TABLE),
+    ("content.xml", "a document or a spreadsheet of LibreOffice (ODT, ODS)", TABLE),
 )
 TRIANGLES = 84  # place of the first of the triangles of an STL file, of 50 bytes each
 BY_ENDING = {

@@ -35,8 +35,6 @@ def surface_of_table(values: np.ndarray[Any, Any], form: Form, header: Header, e
     roles = None if header.axis else _roles(header, values)
     found = _grid(values, header, said) if roles is None else _of_columns(values, roles, header, said)
     notes = found.notes
-    if header.columns and found.unit is None and header.unit("unit") is None and "factor" in header.values:
-        notes = (*notes, "Its header states a factor of 1")
     reading = {
         "encoding": encoding,
         "separator": SEPARATORS[form.separator] if count > 1 else None,

@@ -38,6 +38,8 @@ INSTRUMENTS = (
     (0, b"GWYP", "a file of Gwyddion"),
     (0, b"aISO-1.0", "an SDF file (ISO 25178-71)"),
     (0, b"bISO-1.0", "an SDF file (ISO 25178-71)"),
+    (0, b"aBCR-1.0", "an SDF file (BCR)"),
+    (0, b"bBCR-1.0", "an SDF file (BCR)"),
     (2, b"Directory", "an OPD file of Wyko"),
     (0, b"VCA DATA", "an OPDx file of Dektak"),
     (0, b"\x88\x1b\x03", "a MetroPro file of Zygo"),
