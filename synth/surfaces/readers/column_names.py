@@ -29,7 +29,9 @@ INDEX = re.compile(
 )
 """Columns that count the points, in numbers or in seconds."""
 ROW = re.compile(r"(?i:(?:rows?|lines?|zeile|ligne|i|iy|y)(?:[ _-]?(?:no|nr|num(?:ber)?|index|idx|px|pix|pixel)\.?)?)")
-COLUMN = re.compile(r"(?i:(?:cols?|columns?|spalte|colonne|j|ix|x)(?:[ _-]?(?:no|nr|num(?:ber)?|index|idx|px|pix|pixel)\.?)?)")
+COLUMN = re.compile(
+    r"(?i:(?:cols?|columns?|spalte|colonne|j|ix|x)(?:[ _-]?(?:no|nr|num(?:ber)?|index|idx|px|pix|pixel)\.?)?)"
+)
 """Columns that number the places of a grid; x and y alone are lengths."""
 ANGLE = re.compile(
     r"(?i:theta|phi|alpha|angles?|winkel|azimuth|rotation|longitude|lon|lng|latitude|lat|bearing|heading|grad)(?:[ _-].*)?"

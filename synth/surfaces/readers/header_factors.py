@@ -17,7 +17,7 @@ from synth.surfaces.readers.surface_file import refuse_file
 
 _NUMBER = r"(?P<number>[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]{1,4})?)"
 _BEHIND = rf"(?P<more>\s*(?:\^|:|\*\*)\s*[+-]?[0-9.]+|\s*[%x×]?)"
-_HEIGHTS = r"(?:z|y|heights?|vertical|signal|probe|gauge|amplifier|data|values?|numbers?|höhen?|werte?|hauteurs?)"
+_HEIGHTS = r"(?:z|y|heights?|vertical|signal|probe|gauge|amplifier|raw|data|values?|numbers?|höhen?|werte?|hauteurs?)"
 _COUNT = r"(?:digits?|counts?|bits?|lsb|adu|dn|gr[ae]y ?(?:levels?|values?)|increments?|inkrement)"
 _LENGTH = r"(?:[numµμk]?m|Å|inch|mil|microns?|[a-zµ]*met(?:er|re)s?)"
 _FACTOR = (
@@ -27,11 +27,12 @@ _FACTOR = (
 )
 _ALONE = (
     r"(?:gain|amplification|verst(?:ä|ae)rkung|magnification|vergr(?:ö|oe)(?:ß|ss)erung|(?:ü|ue)berh(?:ö|oe)hung|"
-    r"exaggeration|grossissement|guadagno|ganancia|усиление|масштаб|коэффициент|倍率)"
+    r"exaggeration|grossissement|guadagno|ganancia|усиление|масштаб|ma(?:ß|ss)stab|коэффициент|倍率)"
 )
 _OTHER_FACTOR = re.compile(
     r"(?i)(?:^|[\s_-])(?:q|quality|crest|form|fill|duty|damping|power|shape|safety|colou?r|grey|gray|bar|font)[\s_-]*"
-    r"(?:factor|faktor|scale)|scale[\s_-]*bar"
+    r"(?:factor|faktor|scale)|scale[\s_-]*bar|^\W*(?:optical|objective|lens|total)?\s*(?:magnification|vergr(?:ö|oe)(?:ß|ss)erung|grossissement|倍率)"
+    r"\W*[0-9.,]+\s*[x×]"
 )
 _SIGN = rf"(?:\s*[\[(][^\])]*[\])])?(?:[\s_-]+[^\W\d]+){{0,4}}\s*(?:[:=\t;,|]|\bis\b)\s*"
 STATEMENTS = tuple(
@@ -48,6 +49,8 @@ STATEMENTS = tuple(
         rf"\b(?:multipl\w*|divid\w*|multipliziert\w*)\s+(?:\w+\s+){{0,2}}?(?:with|by|mit|par|durch)?\s*{_NUMBER}{_BEHIND}",
         rf"\b{_HEIGHTS}\s*[*×·/]\s*{_NUMBER}{_BEHIND}",
         rf"{_NUMBER}(?P<more>)\s*[*×·]\s*{_HEIGHTS}\b",
+        rf"[\])]\s*[*×x/]\s*{_NUMBER}{_BEHIND}",
+        rf"[\])]\s*{_NUMBER}(?P<more>\s*:\s*[0-9]+)(?![:0-9])",
     )
 )
 INVERSION = re.compile(

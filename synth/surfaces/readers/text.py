@@ -25,7 +25,7 @@ from typing import Any, NoReturn, TextIO
 
 import numpy as np
 
-from synth.surfaces.readers.known_files import is_json, mesh_as_text, refuse_known
+from synth.surfaces.readers.known_files import POINT_CLOUD, is_json, mesh_as_text, refuse_known
 from synth.surfaces.readers.number_forms import (
     COMMENT,
     COULD_BE_GROUPS,
@@ -83,7 +83,12 @@ OTHER_PROGRAMS += (
 def fits(head: bytes, _ending: str) -> bool:
     """Return whether the file begins with text that is not the header of a format of another program."""
     start = head.lstrip(b"\xef\xbb\xbf \r\n")
-    is_other = mesh_as_text(head) or is_json(start) or (start.startswith(b"solid") and b"facet" in head)
+    is_other = (
+        bool(POINT_CLOUD.search(start))
+        or mesh_as_text(head)
+        or is_json(start)
+        or (start.startswith(b"solid") and b"facet" in head)
+    )
     return is_text(head) and not start.startswith(OTHER_PROGRAMS) and not is_other
 
 
@@ -100,7 +105,26 @@ def read(path: Path, _ending: str) -> SurfaceFile:
     except UnicodeError as error:
         refuse_file(f"text that is not whole in {encoding}", "text in one encoding", "Save it as UTF-8.", error)
     stated = header_of(header, form, values.shape[1])
+    if len(values) > 1 and not {"x", "y"} & {one.role for one in stated.columns}:
+        _check_blocks(path, codec, values.shape[1])
     return surface_of_table(values, form, stated, encoding)
+
+
+def _check_blocks(path: Path, codec: str, columns: int) -> None:
+    """Refuse heights without x in blocks that empty lines or lines of words divide: each is a surface of its own.
+
+    Lists of x, y and z may have an empty line after each row. Empty lines after every line divide nothing.
+    """
+    lengths = [0]
+    with path.open(encoding=codec) as file:
+        for line in file:
+            if re.search("[0-9]", line) and not COMMENT.match(line):
+                lengths[-1] += 1
+            elif lengths[-1]:
+                lengths.append(0)
+    whole = [length for length in lengths if length > 1]
+    if columns not in (2, 3) and len(whole) > 1 and whole[-1] == whole[-2]:
+        refuse_file(f"{len(whole)} blocks of numbers", "one block", "Keep the lines of one of them.")
 
 
 def _beginning(file: TextIO) -> tuple[list[str], list[str]]:

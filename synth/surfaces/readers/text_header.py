@@ -16,7 +16,7 @@ import re
 from dataclasses import dataclass, field, replace
 from math import nan
 
-from synth.surfaces.readers.column_names import BRACKET, NOT_LENGTHS, PIXELS, Column, column_of
+from synth.surfaces.readers.column_names import BRACKET, NOT_LENGTHS, PIXELS, VALUE, Column, column_of
 from synth.surfaces.readers.header_factors import check_statements
 from synth.surfaces.readers.number_forms import Form, NotANumber
 from synth.surfaces.readers.surface_file import UNITS, refuse_file, unit_named
@@ -54,7 +54,9 @@ STATED = {
     for key, words in KEYS.items()
 }
 OF_OTHER_AXIS = re.compile(r"(?i)\b(?:y|z|time|vertical|height|stylus|cut-?off|wave)[\s_-]*")
-COUNTED = re.compile(r"(?i)(?:pixels?|points?|values|data|drop-?outs?|outliers|missing|lost|fehl\w*)\s*[:=;,\t|]?\s*[0-9]+$")
+COUNTED = re.compile(
+    r"(?i)(?:pixels?|points?|values|data|drop-?outs?|outliers|missing|lost|fehlend\w*|fehlstellen)\s*[:=;,\t|]?\s*[0-9]+$"
+)
 LEAST_MARK = 99.0  # "Missing points: 12" counts them; "Missing points: 9999" marks them
 SURE_SEPARATORS = (r"\t", ";", ",", r"\|")
 FULL_WIDTH = str.maketrans("（）［］｛｝：／＝", "()[]{}:/=")
@@ -97,6 +99,7 @@ def header_of(lines: list[str], form: Form, columns: int) -> Header:
     """Return what `lines` state. Raises InvalidRequest for heights that are no lengths, and for a factor."""
     total, lines = len(lines), _joined([line.translate(FULL_WIDTH) for line in lines])
     check_statements(lines)
+    is_upwards = any(re.match(r"(?i)\s*yll(?:corner|center)\b", line) for line in lines)
     named = _columns(lines, form, columns) or _beside_counts(lines, form, columns)
     values: dict[str, tuple[str, str]] = {}
     for line in lines:
@@ -113,6 +116,8 @@ def header_of(lines: list[str], form: Form, columns: int) -> Header:
                 values = {"unit x": ("", of_x), "unit": ("", of_heights)} | values
     if lines and (alone := unit_named(lines[-1].strip(" []()#"))):
         values.setdefault("unit of all", ("", alone))
+    if is_upwards:
+        values["upwards"] = ("", "")
     axis = _axis(lines[-1:], form, columns)
     if axis:
         named = ()
@@ -121,7 +126,9 @@ def header_of(lines: list[str], form: Form, columns: int) -> Header:
 
 def _check_same(key: str, first: tuple[str, str], other: tuple[str, str]) -> None:
     """Refuse a value that the header states twice, in two ways. Numbers without units may be of other things."""
-    numbers = [float(one[0].replace(",", ".")) * UNITS.get(unit_named(one[1]) or "", 1.0) for one in (first, other) if one[0]]
+    numbers = [
+        float(one[0].replace(",", ".")) * UNITS.get(unit_named(one[1]) or "", 1.0) for one in (first, other) if one[0]
+    ]
     units = {UNITS.get(unit_named(one[1]) or "") for one in (first, other)}
     differs = len(numbers) == 2 and None not in units and abs(numbers[0] - numbers[1]) > 1e-6 * abs(numbers[0])
     if differs or (key.startswith("unit") and len(units) > 1):
@@ -157,12 +164,12 @@ def _axis(last: list[str], form: Form, count: int) -> tuple[float, ...]:
 
 def _value(key: str, match: re.Match[str], line: str) -> tuple[str, str] | None:
     """Return the number and the unit that `line` states for `key`, or None if it states none."""
-    number, unit = match["number"] or "", (match["unit"] or "").split("/")[0] or (match["of_key"] or "")
+    number, unit = (match["number"] or "").rstrip(".,"), (match["unit"] or "").split("/")[0] or (match["of_key"] or "")
     if key == "channel":
         named = line[match.end("of_key") if match["of_key"] else match.start("sign") + 1 :].strip()[:80]
         return ("", named) if named else None
     if key.startswith("unit"):
-        stated = unit if match["sign"] or unit_named(unit) else ""
+        stated = unit if match["sign"] or "\t" in match[0] or unit_named(unit) else ""
         stated = stated or (match["of_key"] or "")
         if not stated or number:
             return None
@@ -228,7 +235,10 @@ def _cells(line: str, form: Form, count: int) -> list[str] | None:
     if count == 1:
         text = text.rstrip(",;| ")
         named = column_of(text)
-        is_value = _VALUE_WITH_UNIT.fullmatch(text) and not named.unit and not named.of_else
+        is_value = not named.unit and (
+            VALUE.search(text) or _VALUE_WITH_UNIT.fullmatch(text) or (named.of_else and re.search("[0-9]", text))
+        )
+        is_value = is_value and not named.role
         is_name = len(text) < 60 and not re.search(r"[:=]", BRACKET.sub("", text)) and not is_value
         return [text] if is_name else None
     if line.count(form.separator) == count - 1 and form.separator != " ":
