@@ -112,7 +112,7 @@ def import_surface(path: Path, options: ImportOptions, name: str | None = None) 
 
 
 def _marks(found: SurfaceFile) -> list[str]:
-    """Return a note about extreme numbers that programs write for missing points, or that repeat far from the others."""
+    """Return a note about extreme numbers that mark missing points, or that repeat far from all others."""
     measured = found.heights[~found.missing]
     if found.full_scale is not None:
         return []

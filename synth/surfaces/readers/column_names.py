@@ -34,7 +34,8 @@ COLUMN = re.compile(
 )
 """Columns that number the places of a grid; x and y alone are lengths."""
 ANGLE = re.compile(
-    r"(?i:theta|phi|alpha|angles?|winkel|azimuth|rotation|longitude|lon|lng|latitude|lat|bearing|heading|grad)(?:[ _-].*)?"
+    r"(?i:theta|phi|alpha|angles?|winkel|azimuth|rotation|longitude|lon|lng|latitude|lat|bearing|"
+    r"heading|grad)(?:[ _-].*)?"
 )
 ALONG = re.compile(
     r"(?i:x ?[0-9]*|x[ _-].*|x-?(?:axis|coord|pos|value|data).*|lateral.*|pos(?:ition)?\b.*|dist(?:ance)?\b.*|"

@@ -16,7 +16,7 @@ import re
 from synth.surfaces.readers.surface_file import refuse_file
 
 _NUMBER = r"(?P<number>[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]{1,4})?)"
-_BEHIND = rf"(?P<more>\s*(?:\^|:|\*\*)\s*[+-]?[0-9.]+|\s*[%x×]?)"
+_BEHIND = r"(?P<more>\s*(?:\^|:|\*\*)\s*[+-]?[0-9.]+|\s*[%x×]?)"
 _HEIGHTS = r"(?:z|y|heights?|vertical|signal|probe|gauge|amplifier|raw|data|values?|numbers?|höhen?|werte?|hauteurs?)"
 _COUNT = r"(?:digits?|counts?|bits?|lsb|adu|dn|gr[ae]y ?(?:levels?|values?)|increments?|inkrement)"
 _LENGTH = r"(?:[numµμk]?m|Å|inch|mil|microns?|[a-zµ]*met(?:er|re)s?)"
@@ -34,7 +34,7 @@ _OTHER_FACTOR = re.compile(
     r"(?:factor|faktor|scale)|scale[\s_-]*bar|^\W*(?:optical|objective|lens|total)?\s*(?:magnification|vergr(?:ö|oe)(?:ß|ss)erung|grossissement|倍率)"
     r"\W*[0-9.,]+\s*[x×]"
 )
-_SIGN = rf"(?:\s*[\[(][^\])]*[\])])?(?:[\s_-]+[^\W\d]+){{0,4}}\s*(?:[:=\t;,|]|\bis\b)\s*"
+_SIGN = r"(?:\s*[\[(][^\])]*[\])])?(?:[\s_-]+[^\W\d]+){0,4}\s*(?:[:=\t;,|]|\bis\b)\s*"
 STATEMENTS = tuple(
     re.compile(f"(?i){words}")
     for words in (

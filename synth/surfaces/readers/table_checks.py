@@ -2,8 +2,8 @@
 
 Stage   SURFACES, from files.
 Model   The corner of a grid names what is below it and what is beside it: "y [mm] \\ x [mm]" has y down and x across;
-        with "x \\ y" the grid is turned. A unit in the corner is that of what it names. Of a list of points whose columns
-        number the rows and columns of a grid, the points are placed, and the distance has to be given.
+        with "x \\ y" the grid is turned. A unit in the corner is that of what it names. If two
+        columns of a list of points number the rows and columns of a grid, the distance has to be given.
 Limits  What contradicts is refused: the numbers of rows and columns, and the units of a column.
 """
 

@@ -35,7 +35,8 @@ KEYS = {
     "step y": rf"(?:dy|delta ?y|y[ _-]?{_STEP}|{_STEP}[ _-]?y)",
     "unit": r"(?:value ?units?|(?:z|height|vertical|data|amplitude)[ _-]?(?:axis[ _-]?)?units?|units?[ _-]?(?:of )?"
     r"(?:z|heights?|values?))",
-    "unit x": r"(?:(?:x|x ?y|lateral|horizontal|length|position|distance|abscissa)[ _-]?(?:axis[ _-]?)?units?(?:[ _-]?labels?)?|"
+    "unit x": r"(?:(?:x|x ?y|lateral|horizontal|length|position|distance|abscissa)[ _-]?(?:axis[ _-]?)?units?"
+    r"(?:[ _-]?labels?)?|"
     r"units?[ _-]?(?:of )?(?:x|lengths?|positions?))",
     "unit y": r"y[ _-]?(?:axis[ _-]?)?units?(?:[ _-]?labels?)?",
     "unit of all": r"(?:units?|einheit(?:en)?|unités?|単位|(?:all )?(?:data|values|dimensions) (?:are )?in)",
@@ -45,7 +46,8 @@ KEYS = {
     r"(?:valeurs? )?manquante?s?|dato perso|sin datos)",
     "channel": r"(?:Channel)",
 }
-_VALUE = rf"\s*(?:[\[(](?P<of_key>[^\])]*)[\])])?\s*(?P<sign>[:=;,\t|]|\b(?:is|are|as|=)\b)?\s*(?P<number>{NUMBER})?\s*[;,\t]?\s*"
+_VALUE = r"\s*(?:[\[(](?P<of_key>[^\])]*)[\])])?\s*(?P<sign>[:=;,\t|]|\b(?:is|are|as)\b)?\s*"
+_VALUE += rf"(?P<number>{NUMBER})?\s*[;,\t]?\s*"
 _VALUE += r"[\[(]?(?P<unit>[^\s;,\t\])]*)"
 _BEFORE = r"(?:^|[\s#%;,])"
 _BEFORE_UNIT = r"(?:^|[#%;,|])[\s#%!'/*]*"  # "Axis unit" and "x data unit" are not "unit" and "data unit"
@@ -59,7 +61,7 @@ COUNTED = re.compile(
 )
 LEAST_MARK = 99.0  # "Missing points: 12" counts them; "Missing points: 9999" marks them
 SURE_SEPARATORS = (r"\t", ";", ",", r"\|")
-FULL_WIDTH = str.maketrans("（）［］｛｝：／＝", "()[]{}:/=")
+FULL_WIDTH = str.maketrans("\uff08\uff09\uff3b\uff3d\uff5b\uff5d\uff1a\uff0f\uff1d", "()[]{}:/=")
 UNITS_OF_ROW = re.compile(r"(?i:units?|einheit(?:en)?|unités?|-+)")  # before the units of a row, or for none
 OF_TWO = re.compile(r"(?i)\W*units?\s*[:=]\s*([^\s,;]+)\s*[,;]\s*([^\s,;]+)\s*")  # Units: mm, um
 LINES_OF_NAMES = 12  # last lines of a header that can name the columns

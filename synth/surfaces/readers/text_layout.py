@@ -1,9 +1,9 @@
 """The table of numbers of a text file, with what its header states, as a surface.
 
 Stage   SURFACES, from files.
-Model   The roles of the columns come from their names (`text_header.Column.role`), else from their number. A grid may
-        have the coordinates of its columns in its first row, and those of its rows in its first column. Where the file states which way y goes,
-        the row of the least y becomes the first.
+Model   The roles of the columns come from their names (`column_names.Column.role`), else from their number. A grid may
+        have the coordinates of its columns in its first row, and those of its rows in its first column. Where the file
+        states which way y goes, the row of the least y becomes the first.
 Limits  One column of heights is read; others are named in a note.
 """
 
@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
+from synth.surfaces.readers.column_names import Column
 from synth.surfaces.readers.lattice import profile_of_pairs, surface_of_triples
 from synth.surfaces.readers.number_forms import SEPARATORS, Form
 from synth.surfaces.readers.surface_file import UNITS, UNSTATED, SurfaceFile, check_shape, finite_heights, refuse_file
-from synth.surfaces.readers.column_names import Column
 from synth.surfaces.readers.table_checks import (
     UPWARDS,
     check_counts,

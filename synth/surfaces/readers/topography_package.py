@@ -146,7 +146,7 @@ def read(path: Path, ending: str) -> SurfaceFile:
 
 
 def _source(path: Path, head: bytes) -> Any:
-    """Return what the package reads: the path, or the bytes of an SDF file of the older BCR as ISO 25178-71 has them."""
+    """Return what the package reads: the path, or the bytes of an older SDF file (BCR) with the newer name."""
     if not head.startswith((b"aBCR-1.0", b"bBCR-1.0")):
         return str(path)
     return io.BytesIO(head[:1] + b"ISO" + path.read_bytes()[4:])
