@@ -86,6 +86,8 @@ def spacing_of_dpi(dpi: tuple[float, float] | None) -> tuple[tuple[float, float]
     """Return the distances (m) of a resolution in dots per inch, and notes. The distances are None if it has none."""
     if dpi is None or not all(np.isfinite(value) and value > 0.0 for value in dpi):
         return None, ()
+    if max(dpi) <= 1.0:
+        return None, ()  # what programs write that know none
     shown = " x ".join(f"{value:.5g}" for value in dict.fromkeys(dpi))
     if min(dpi) < LEAST_DPI - ROUNDED_DPI:
         return None, (f"Its tag of {shown} dots per inch may be a setting of a program, and was not used",)

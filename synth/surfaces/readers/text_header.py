@@ -237,10 +237,9 @@ def _cells(line: str, form: Form, count: int) -> list[str] | None:
     if count == 1:
         text = text.rstrip(",;| ")
         named = column_of(text)
-        is_value = not named.unit and (
-            VALUE.search(text) or _VALUE_WITH_UNIT.fullmatch(text) or (named.of_else and re.search("[0-9]", text))
-        )
-        is_value = is_value and not named.role
+        has_value = bool(VALUE.search(text) or _VALUE_WITH_UNIT.fullmatch(text))
+        has_value |= bool(named.of_else and re.search("[0-9]", text))
+        is_value = has_value and not named.unit and not named.role
         is_name = len(text) < 60 and not re.search(r"[:=]", BRACKET.sub("", text)) and not is_value
         return [text] if is_name else None
     if line.count(form.separator) == count - 1 and form.separator != " ":

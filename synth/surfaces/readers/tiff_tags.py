@@ -166,7 +166,8 @@ def _of_resolution(tags: Any, description: str) -> tuple[Spacing, tuple[str, ...
     of_y = unit_named(stated.get("yunit", "")) or of_x
     if of_x is not None and of_y is not None:
         return (UNITS[of_x] / per_x, UNITS[of_y] / per_y), ()
-    unit = int(_value(tags, RESOLUTION_UNIT) or BY_INCH)
+    stored = _value(tags, RESOLUTION_UNIT)
+    unit = BY_INCH if stored is None else int(stored)  # tifffile's 1, for no unit, is falsy
     if unit == BY_INCH:
         return spacing_of_dpi((per_x, per_y))
     if unit == BY_CENTIMETRE:

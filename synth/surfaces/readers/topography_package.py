@@ -216,6 +216,8 @@ def _contents(reader: Any, path: Path) -> SurfaceFile:
         others = ", ".join(str(other.name) for other in channels if other is not channel)
         notes = (f"It has other channels of heights, which were not read: {others[:120]}",)
     unit = _unit(surface.unit)
+    if reader.format() == "nc" and unit is None:
+        _check_attributes_of_netcdf(path)
     positions = None if surface.is_uniform or _spacing(surface) else np.asarray(surface.positions(), np.float64)
     if positions is not None and not np.all(np.diff(positions) > 0.0):
         refuse_file("a profile whose x does not increase", "x that increases", "Export it as text, and sort it by x.")
@@ -243,6 +245,24 @@ def _check_attributes(path: Path, name: str) -> None:
     if stated:
         allowed, hint = "an array of heights without attributes", "Apply them, and save the heights as NPY or text."
         refuse_file(f"an array of HDF5 with the attributes {', '.join(stated)[:80]}", allowed, hint)
+
+
+def _check_attributes_of_netcdf(path: Path) -> None:
+    """Refuse a NetCDF whose heights have units in an attribute that the package leaves out."""
+    if path.read_bytes()[: len(HDF5)] == HDF5:
+        import h5py
+
+        with h5py.File(path) as file:
+            units = [found.attrs.get("units") for found in file.values() if len(getattr(found, "shape", ())) > 1]
+    else:
+        from scipy.io import netcdf_file
+
+        with netcdf_file(path, mmap=False) as file:
+            units = [getattr(one, "units", None) for one in file.variables.values() if len(one.dimensions) > 1]
+    if stated := next(filter(None, units), None):
+        shown = stated.decode("utf-8", "replace") if isinstance(stated, bytes) else str(stated)
+        allowed, hint = "heights whose unit is known", "Save the heights as NPY, and give the unit."
+        refuse_file(f"a NetCDF with units {shown[:40]!r}", allowed, hint)
 
 
 def _unit(stated: str | None) -> str | None:

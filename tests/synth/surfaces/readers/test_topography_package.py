@@ -159,11 +159,8 @@ def test_sizes_and_roughness_are_those_of_the_package(tmp_path: Path, name: str)
     write(path, package)
     options = read_options(given)
     ours, theirs = values_of_import(path, options), values_of_package(path, options)
-    if name in (
-        "scan.npy",
-        "scan.mat",
-        "scan.h5",
-    ):  # the package takes the first index of an array for x, and an image or a table has rows
+    # the package takes the first index of an array for x, and an image or a table has rows
+    if name in ("scan.npy", "scan.mat", "scan.h5"):
         theirs["points"], theirs["size"] = theirs["points"][::-1], theirs["size"][::-1]
     assert worst_difference(ours, theirs) < 1e-9
 
