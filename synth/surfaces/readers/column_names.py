@@ -50,7 +50,8 @@ HEIGHT = re.compile(
 )
 OPTICAL = re.compile(r"(?i:intensity.*|red|green|blue|r|g|b|colou?r.*|quality.*|valid.*|flag.*|confidence.*)")
 BRACKET = re.compile(r"[\[({<]\s*(?:in\s+)?([^\[\](){}<>]*?)\s*[\])}>]")
-COMMENT_IN_BRACKETS = re.compile(r"[^\W\d_]+(?:[ _-][\w ]*)?|[0-9]{0,3}|.*[^\W\d_]{4}.*")
+UNIT_WITH_WORDS = re.compile(r"(\w{2,})(?:,|;|\s)\s*[^\W\d_][^\d*×/^]+")  # um, filtered
+COMMENT_IN_BRACKETS = re.compile(r"[xyzXYZ]|[^\W\d_]{3,}(?:[ _-][\w ]*)?|[0-9]{0,3}|.*[^\W\d_]{4}.*")
 VALUE = re.compile(r"[+-]?[0-9][0-9.,]*\s*[^\W\d_]+")  # a number with a unit
 _WORDS = re.compile(r"[\s_:;]+")
 SURE = 2  # letters of a unit that is no other word
@@ -99,7 +100,11 @@ def _in_brackets(cell: str) -> tuple[str, str | None, bool]:
 
 def _unit(text: str) -> str | None:
     """Return the unit of length that `text` is, or "pixel"; A is none."""
-    return "pixel" if PIXELS.fullmatch(text) else unit_named(text) if text != "A" else None
+    if PIXELS.fullmatch(text):
+        return "pixel"
+    if with_words := UNIT_WITH_WORDS.fullmatch(text):
+        text = with_words[1]
+    return unit_named(text) if text != "A" else None
 
 
 def _is_comment(sign: str, text: str, beside_unit: bool) -> bool:

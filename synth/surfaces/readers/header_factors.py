@@ -26,12 +26,12 @@ _FACTOR = (
     r"(?:bit|lsb|count|digit|dac|adc|raw)s?[\s_-]?(?:2|to)[\s_-]?[nuµm]m)"
 )
 _ALONE = (
-    r"(?:gain|amplification|verst(?:ä|ae)rkung|magnification|vergr(?:ö|oe)(?:ß|ss)erung|(?:ü|ue)berh(?:ö|oe)hung|"
+    r"(?:gain|amplif\w*|[\w-]*verst(?:ä|ae)rkung|magnification|[\w-]*vergr(?:ö|oe)(?:ß|ss)erung|(?:ü|ue)berh(?:ö|oe)hung|"
     r"exaggeration|grossissement|guadagno|ganancia|усиление|масштаб|ma(?:ß|ss)stab|коэффициент|倍率)"
 )
 _OTHER_FACTOR = re.compile(
-    r"(?i)(?:^|[\s_-])(?:q|quality|crest|form|fill|duty|damping|power|shape|safety|colou?r|grey|gray|bar|font)[\s_-]*"
-    r"(?:factor|faktor|scale)|scale[\s_-]*bar|^\W*(?:optical|objective|lens|total)?\s*(?:magnification|vergr(?:ö|oe)(?:ß|ss)erung|grossissement|倍率)"
+    r"(?i)(?:^|[\s_-])(?:full|q|quality|crest|form|fill|duty|damping|power|shape|safety|colou?r|grey|gray|bar|font)[\s_-]*"
+    r"(?:factor|faktor|scale)|scale[\s_-]*bar|\b(?:objekti[vf]|objective|okular|ocular|lens|linse)|^\W*(?:optical|objective|lens|total)?\s*(?:magnification|vergr(?:ö|oe)(?:ß|ss)erung|grossissement|倍率)"
     r"\W*[0-9.,]+\s*[x×]"
 )
 _SIGN = r"(?:\s*[\[(][^\])]*[\])])?(?:[\s_-]+[^\W\d]+){0,4}\s*(?:[:=\t;,|]|\bis\b)\s*"
@@ -39,16 +39,19 @@ STATEMENTS = tuple(
     re.compile(f"(?i){words}")
     for words in (
         rf"(?<![^\W\d_]){_FACTOR}(?:{_SIGN}|\s+){_NUMBER}{_BEHIND}",
-        rf"(?:^|[;,|])[\s#%!'/*]*(?:{_HEIGHTS}[\s_-]*(?:axis[\s_-]*)?)?{_ALONE}(?:{_SIGN}|\s+){_NUMBER}{_BEHIND}",
+        rf"(?:^|[;,|])[\s#%!'/*]*(?:{_HEIGHTS}[\s_-]*(?:axis[\s_-]*)?)?{_ALONE}(?:{_SIGN}|\s+)[x×]?\s*{_NUMBER}{_BEHIND}",
         rf"\bunits?[^:=0-9]{{0,25}}[:=\s]\s*{_NUMBER}(?P<more>(?:\s*(?:\^|\*\*)\s*[+-]?[0-9]+)?)\s*[*·x×]?\s*{_LENGTH}\b",
         rf"\b(?:einheit|unité)(?:en|s)?[^:=0-9]{{0,25}}[:=\s]\s*{_NUMBER}(?P<more>)\s*[*·x×]?\s*{_LENGTH}\b",
         rf"(?:\bper|/|\bpro|\bpar|\bone|\b1)\s*{_COUNT}\b[\])]?\s*(?:[:=;,\t]|is|are)\s*{_NUMBER}{_BEHIND}",
-        rf"\b{_COUNT}\s*[:=]\s*{_NUMBER}(?P<more>)\s*{_LENGTH}\b",
+        rf"\b{_COUNT}(?:\s+[^\W\d]+)?\s*[:=]?\s*{_NUMBER}(?P<more>)\s*{_LENGTH}\b",
+        rf"\b{_HEIGHTS}\s+(?:[^\W\d]+\s+)?(?:in|as)\s+{_NUMBER}(?P<more>(?:\s*/\s*[0-9]+)?)\s*{_LENGTH}\b(?!\s*(?:step|inter))",
+        rf"(?<![^\W\d_]){_FACTOR}\s+(?:of|by|von|de)\s+{_NUMBER}{_BEHIND}",
+        rf"(?<![^\W\d_]){_FACTOR}\b.*\bz\s*[:=]\s*{_NUMBER}{_BEHIND}",
         rf"{_NUMBER}(?P<more>)\s*{_LENGTH}\s*(?:/|per|pro|par)\s*(?:1\s*)?{_COUNT}\b",
         rf"\b{_COUNT}\s*(?:/|per|pro|par)\s*{_LENGTH}\b[\])]?\s*[:=;,\t]?\s*{_NUMBER}(?P<more>)",
         rf"\b(?:multipl\w*|divid\w*|multipliziert\w*)\s+(?:\w+\s+){{0,2}}?(?:with|by|mit|par|durch)?\s*{_NUMBER}{_BEHIND}",
         rf"\b{_HEIGHTS}\s*[*×·/]\s*{_NUMBER}{_BEHIND}",
-        rf"{_NUMBER}(?P<more>)\s*[*×·]\s*{_HEIGHTS}\b",
+        rf"{_NUMBER}(?P<more>)\s*[*×·]\s*(?:{_HEIGHTS}|{_COUNT})\b",
         rf"[\])]\s*[*×x/]\s*{_NUMBER}{_BEHIND}",
         rf"[\])]\s*{_NUMBER}(?P<more>\s*:\s*[0-9]+)(?![:0-9])",
     )
@@ -60,6 +63,8 @@ INVERSION = re.compile(
     r"\s*(?:z|heights?|data)?\s*(?:[:=\t;,]|is)\s*(?:yes|true|1|on|ja|oui|si|y)\b"
     r"|\(\s*(?:z\s+)?(?:inverted|flipped|negated|invertiert|downwards?|inv\.?)\s*\)"
     r"|\b(?:data|heights?|values?|numbers?|z)\s+(?:is|are|were|was)\s+(?:\w+\s+)?(?:depths?|inverted|negated|flipped|upside)\b"
+    r"|\b(?:data|heights?|z|orientation|direction)\s*[:=\t;,]\s*(?:is\s+)?(?:inverted|negated|flipped|upside|depths?\b)"
+    r"|\bdepths?\s+(?:is\s+|are\s+)?positive|positive\s+depths?\b"
     r"|\b(?:sign|polarity|vorzeichen)\s*[:=\t;,]\s*(?:neg\w*|-|inver\w*|rever\w*)"
 )
 _IN_NAME = re.compile(

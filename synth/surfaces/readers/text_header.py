@@ -201,7 +201,7 @@ def _columns(lines: list[str], form: Form, count: int) -> tuple[Column, ...]:
     units: list[str | None] | None = None
     for line in reversed(lines[-LINES_OF_NAMES:]):
         cells = _cells(line, form, count)
-        if cells is None or len(re.findall("[:=]", BRACKET.sub("", line))) == 1:  # a key with its value
+        if cells is None or (_is_value(line) and not all(column_of(cell).unit for cell in cells)):
             continue
         found = [_unit_alone(cell) for cell in cells]
         others = [cell for unit, cell in zip(found, cells, strict=True) if cell and not unit]
@@ -215,6 +215,11 @@ def _columns(lines: list[str], form: Form, count: int) -> tuple[Column, ...]:
     if units:
         columns = [_with_unit(one, unit) for one, unit in zip(columns, units, strict=True)]
     return tuple(columns)
+
+
+def _is_value(line: str) -> bool:
+    """Return whether a line is a key with its value."""
+    return len(re.findall("[:=]", BRACKET.sub("", line))) == 1
 
 
 def _is_named(columns: list[Column]) -> int:
