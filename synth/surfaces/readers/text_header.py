@@ -107,11 +107,12 @@ def header_of(lines: list[str], form: Form, columns: int) -> Header:
     for line in lines:
         text = line.replace('"', "").strip()
         for key, pattern in STATED.items():
-            match = pattern.search(text)
-            if match and key == "step" and OF_OTHER_AXIS.search(text[: match.start() + 1]):
-                continue
-            if match and (found := _value(key, match, text)):
-                _check_same(key, values.setdefault(key, found), found)
+            for match in pattern.finditer(text):
+                if key == "step" and OF_OTHER_AXIS.search(text[: match.start() + 1]):
+                    continue
+                if found := _value(key, match, text):
+                    _check_same(key, values.setdefault(key, found), found)
+                    break
         if pair := OF_TWO.fullmatch(text):
             of_x, of_heights = map(unit_named, pair.groups())
             if of_x and of_heights:
