@@ -50,6 +50,7 @@ HEIGHT = re.compile(
 )
 OPTICAL = re.compile(r"(?i:intensity.*|red|green|blue|r|g|b|colou?r.*|quality.*|valid.*|flag.*|confidence.*)")
 BRACKET = re.compile(r"[\[({<]\s*(?:in\s+)?([^\[\](){}<>]*?)\s*[\])}>]")
+IS_VALUED = re.compile(r"[\s:=;,|\"']*(?:is\s+)?[+-]?[0-9]")  # "Height [mm]: 5" is a size
 UNIT_WITH_WORDS = re.compile(r"(\w{2,})(?:,|;|\s)\s*[^\W\d_][^\d*×/^]+")  # um, filtered
 COMMENT_IN_BRACKETS = re.compile(r"[xyzXYZ]|[^\W\d_]{3,}(?:[ _-][\w ]*)?|[0-9]{0,3}|.*[^\W\d_]{4}.*")
 VALUE = re.compile(r"[+-]?[0-9][0-9.,]*\s*[^\W\d_]+")  # a number with a unit
@@ -83,6 +84,18 @@ def column_of(cell: str) -> Column:
     is_angle = ANGLE.fullmatch(name.strip()) and unit not in UNITS
     wrong = not understood or is_angle or in_name(cell)
     return Column(name, None if wrong else unit, cell if wrong else "")
+
+
+def units_beside_names(lines: list[str]) -> list[tuple[str, str]]:
+    """Return the role and the unit of each name with a unit in brackets, unless a value stands behind it."""
+    found = []
+    for line in lines:
+        for match in BRACKET.finditer(line):
+            name = re.split(r"[:;,=\t|\])]|\s{2,}", line[: match.start()].strip(" _,;/\"'"))[-1].strip(" #%\"'")
+            role, unit = Column(name).role, _unit(match[1])
+            if role in ("x", "y", "height") and unit in UNITS and not IS_VALUED.match(line[match.end() :]):
+                found.append((role, str(unit)))
+    return found
 
 
 def _in_brackets(cell: str) -> tuple[str, str | None, bool]:

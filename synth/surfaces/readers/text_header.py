@@ -16,7 +16,15 @@ import re
 from dataclasses import dataclass, field, replace
 from math import nan
 
-from synth.surfaces.readers.column_names import BRACKET, NOT_LENGTHS, PIXELS, VALUE, Column, column_of
+from synth.surfaces.readers.column_names import (
+    BRACKET,
+    NOT_LENGTHS,
+    PIXELS,
+    VALUE,
+    Column,
+    column_of,
+    units_beside_names,
+)
 from synth.surfaces.readers.header_factors import check_statements
 from synth.surfaces.readers.number_forms import Form, NotANumber
 from synth.surfaces.readers.surface_file import UNITS, refuse_file, unit_named
@@ -34,11 +42,11 @@ KEYS = {
     "step x": rf"(?:dx|delta ?x|x[ _-]?{_STEP}|{_STEP}[ _-]?x)",
     "step y": rf"(?:dy|delta ?y|y[ _-]?{_STEP}|{_STEP}[ _-]?y)",
     "unit": r"(?:value ?units?|(?:z|height|vertical|data|amplitude)[ _-]?(?:axis[ _-]?)?units?|units?[ _-]?(?:of )?"
-    r"(?:z|heights?|values?))",
+    r"(?:z|heights?|values?)|z[ _-]?(?:axis|achse))",
     "unit x": r"(?:(?:x|x ?y|lateral|horizontal|length|position|distance|abscissa)[ _-]?(?:axis[ _-]?)?units?"
     r"(?:[ _-]?labels?)?|"
-    r"units?[ _-]?(?:of )?(?:x|lengths?|positions?))",
-    "unit y": r"y[ _-]?(?:axis[ _-]?)?units?(?:[ _-]?labels?)?",
+    r"units?[ _-]?(?:of )?(?:x|lengths?|positions?)|x[ _-]?(?:axis|achse))",
+    "unit y": r"(?:y[ _-]?(?:axis[ _-]?)?units?(?:[ _-]?labels?)?|y[ _-]?(?:axis|achse))",
     "unit of all": r"(?:units?|einheit(?:en)?|unités?|単位|(?:all )?(?:data|values|dimensions) (?:are )?in)",
     "no data": r"(?:no[ _-]?data(?:[ _-]?value)?|missing(?:[ _-]?(?:value|data|points?))?|fill[ _-]?value|_FillValue|"
     r"(?:bad|invalid|void|dummy|undefined|masked|blank(?:ed)?|lost|null|error|drop-?outs?|nan|outliers?|saturated|"
@@ -119,12 +127,25 @@ def header_of(lines: list[str], form: Form, columns: int) -> Header:
                 values = {"unit x": ("", of_x), "unit": ("", of_heights)} | values
     if lines and (alone := unit_named(lines[-1].strip(" []()#"))):
         values.setdefault("unit of all", ("", alone))
+    _add_units_of_words(values, lines, named)
     if is_upwards:
         values["upwards"] = ("", "")
     axis = _axis(lines[-1:], form, columns)
     if axis:
         named = ()
     return Header(named, values, total, axis, form.cells(lines[-1])[0] if axis else "")
+
+
+def _add_units_of_words(values: dict[str, tuple[str, str]], lines: list[str], named: tuple[Column, ...]) -> None:
+    """Add the units of names such as "Height [nm]" anywhere in a header whose columns and keys have none.
+
+    Such a name stands in a label, far above the numbers, or beside more names than there are columns.
+    """
+    for role, unit in units_beside_names(lines):
+        key = {"height": "unit", "x": "unit x"}.get(role, "unit y")
+        if any(one.role == role and one.unit for one in named) or "unit of all" in values:
+            continue
+        _check_same(key, values.setdefault(key, ("", unit)), ("", unit))
 
 
 def _check_same(key: str, first: tuple[str, str], other: tuple[str, str]) -> None:
@@ -209,13 +230,15 @@ def _columns(lines: list[str], form: Form, count: int) -> tuple[Column, ...]:
         if units is None and any(found) and all(UNITS_OF_ROW.fullmatch(cell) for cell in others):
             units = found
         elif any(re.search(r"[^\W\d_]", cell) for cell in cells) and not any(map(BEGINS_AS_NUMBER.match, cells)):
-            named.append([column_of(cell) for cell in cells])
+            columns = [column_of(cell) for cell in cells]
+            if not any(one.unit and UNITS_OF_ROW.fullmatch(one.name) for one in columns):  # "X unit [um]" is a key
+                named.append(columns)
     if not named:
         return tuple(Column("", unit) for unit in units) if units else ()
-    columns = max(named, key=_is_named)
+    chosen = max(named, key=_is_named)
     if units:
-        columns = [_with_unit(one, unit) for one, unit in zip(columns, units, strict=True)]
-    return tuple(columns)
+        chosen = [_with_unit(one, unit) for one, unit in zip(chosen, units, strict=True)]
+    return tuple(chosen)
 
 
 def _is_value(line: str) -> bool:

@@ -262,7 +262,7 @@ def _grid(values: np.ndarray[Any, Any], header: Header, said: str) -> SurfaceFil
         notes = ("Its first row is 0, 1, 2, ... or 1, 2, 3, ...: if it names the columns, remove it",)
     elif axes is None and _has_equal_steps(values[1:, 0]) and _has_equal_steps(values[0, 1:]):
         notes = ("Its first row and its first column have equal steps. If they are x and y, leave the corner empty",)
-    elif axes is None and rows > columns and _has_equal_steps(values[:, 0]):
+    elif axes is None and _has_equal_steps(values[:, 0]):
         notes = ("Its first column has equal steps. If it is x, name the columns in a line above the numbers",)
     if axes is not None:
         layout += ", with x in the first row and y in the first column"

@@ -68,6 +68,17 @@ HEADERS: tuple[UsualFile, ...] = (
         shows=("Lateral: x in mm; Raw height: height in um",),
     ),
     profile(
+        "names-far-above.txt",
+        "names with units, and twenty lines of notes",
+        lines("X [mm]\tRaw height [um]", *(f"# note {place}" for place in range(20)), rows=rows()),
+        shows=("x in mm", "height in um"),
+    ),
+    profile(
+        "height-is-a-size.txt",
+        "a size in the header is no unit of the column",
+        lines("Step height [mm]: 5", "Length [mm] 0.875", "X [mm]\tZ [um]", rows=rows()),
+    ),
+    profile(
         "one-name-too-many.txt",
         "LabVIEW: a name for comments, which have no column",
         lines("Pos [mm]\tHeight [um]\tComment", rows=rows()),
