@@ -187,6 +187,15 @@ def _header(file: TextIO) -> tuple[list[str], list[str]]:
     if cell := next(filter(WITH_UNIT.fullmatch, cells), None) if len(header) > 3 else None:
         hint = "Write the units once, in a line above: x [mm]; z [um]."
         refuse_file(f"cells such as {cell[:40]!r}", "numbers without their units", hint)
+    for separator in ("\t", ";", ",", "|"):
+        rows = [line.split(separator) for line in header[-SAMPLE:]]
+        alike = [row for row in rows if len(row) == len(rows[-1]) > 1]
+        numbers = [row for row in alike if any(map(is_numbers, row)) and not all(map(is_numbers, filter(None, row)))]
+        if len(numbers) > 2:
+            word = next(cell for cell in numbers[-1] if cell.strip() and not is_numbers(cell)).strip()
+            refuse_file(
+                f"a column of words or dates, such as {word[:30]!r}", "columns of numbers", "Remove the column."
+            )
     refuse_file(f"no numbers in the first {MOST_HEADER} lines", "a text file of numbers", "Is this the right file?")
 
 

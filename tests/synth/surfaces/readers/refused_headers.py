@@ -58,6 +58,26 @@ REFUSED_HEADERS: tuple[UsualFile, ...] = (
     contradicting(
         "labview-volts.lvm", "a unit of length", "Y_Unit_Label\tVolts", "X_Value;Height", options={"unit": "mm"}
     ),
+    contradicting(
+        "label-above.txt", "heights in nm", "Curve: Height (nm)", "Axis: X (mm)", "a;b", options={"unit": "mm"}
+    ),
+    contradicting("names-of-four.txt", "heights in nm", "X [mm];Z [nm];Comment;User", options={"unit": "mm"}),
+    contradicting(
+        "key-of-units.txt", "heights in nm", "Height unit [nm]", "X unit [mm]", "a;b", options={"unit": "mm"}
+    ),
+    contradicting("labels-of-axes.txt", "heights in nm", "x-axis: mm", "z-axis: nm", options={"unit": "mm"}),
+    refused(
+        "column-of-words.csv",
+        "a status beside each height",
+        lines("X [mm];Z [um];Status", rows=rows(";", after=";valid")),
+        "a column of words or dates",
+    ),
+    refused(
+        "column-of-dates.txt",
+        "a date before each height",
+        lines(rows=[f"2026-08-{day + 10}\t{z}" for day, z in enumerate(Z)]),
+        "a column of words",
+    ),
     contradicting("unit-of-header.txt", "and a column in nm", "Unit: mm", "x (mm);z (nm)"),
     contradicting("row-of-other-units.txt", "row of units", "X [mm];Z [nm]", "mm;um"),
     contradicting("two-spacings.txt", "states step twice", "Spacing: 125 um", "Spacing: 0.25 mm", "X [mm];Z [um]"),
