@@ -118,7 +118,7 @@ def _check_blocks(path: Path, codec: str, columns: int) -> None:
     lengths = [0]
     with path.open(encoding=codec) as file:
         for line in file:
-            if re.search("[0-9]", line) and not COMMENT.match(line):
+            if line[0] in "0123456789+-" or (re.search("[0-9]", line) and not COMMENT.match(line)):
                 lengths[-1] += 1
             elif lengths[-1]:
                 lengths.append(0)
