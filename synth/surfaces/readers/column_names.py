@@ -54,7 +54,7 @@ IS_VALUED = re.compile(r"[\s:=;,|\"']*(?:is\s+)?[+-]?[0-9]")  # "Height [mm]: 5"
 UNIT_WITH_WORDS = re.compile(r"(\w{2,})(?:,|;|\s)\s*[^\W\d_][^\d*×/^]+")  # um, filtered
 COMMENT_IN_BRACKETS = re.compile(r"[xyzXYZ]|[^\W\d_]{3,}(?:[ _-][\w ]*)?|[0-9]{0,3}|.*[^\W\d_]{4}.*")
 VALUE = re.compile(r"[+-]?[0-9][0-9.,]*\s*[^\W\d_]+")  # a number with a unit
-_WORDS = re.compile(r"[\s_:;]+")
+_WORDS = re.compile(r"[\s_:;=|]+")
 SURE = 2  # letters of a unit that is no other word
 
 
@@ -107,6 +107,8 @@ def _in_brackets(cell: str) -> tuple[str, str | None, bool]:
     units = {unit for _, text in found if (unit := _unit(text))}
     if len({UNITS.get(unit) for unit in units}) > 1:
         return name, None, False
+    if not units and all(_is_comment(sign, text, False) for sign, text in found):
+        return _by_words(BRACKET.sub(" ", cell).strip())
     of_else = [text for sign, text in found if not _unit(text) and not _is_comment(sign, text, bool(units))]
     return name, next(iter(units), None), not of_else
 
@@ -143,7 +145,7 @@ def _by_words(cell: str) -> tuple[str, str | None, bool]:
 
 def _last_word(part: str) -> tuple[str, str | None, bool]:
     """Return a name without its unit, the unit, and whether it was understood."""
-    match = re.fullmatch(r"(.*?)(\s*/\s*|\s+in\s+|[\s_:-]+|^)([^\s_:/-]+)", part)
+    match = re.fullmatch(r"(.*?)(\s*/\s*|\s+in\s+|[\s_:=|-]+|^)([^\s_:=|/-]+)", part)
     if not match:
         return part, None, True
     name, sign, word = match.groups()

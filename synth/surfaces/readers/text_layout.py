@@ -90,6 +90,8 @@ def _roles(header: Header, values: np.ndarray[Any, Any]) -> tuple[str, ...] | No
         return _named(named)
     if count <= 3 and "x" in named and named.count("y") == 1 and "height" not in named and count == 2:
         return tuple("height" if role == "y" else role for role in named)
+    if named.count("height") == count > 1 and not _is_monotonic(values[:, 0]):
+        return _named(named)
     if count == 2 and named[:1] == ["index"]:
         return "", "height"
     if rows == 1 and count > 3:
@@ -105,6 +107,11 @@ def _roles(header: Header, values: np.ndarray[Any, Any]) -> tuple[str, ...] | No
     if count == 3 and not named and _counts_points(values[:, 0]) and np.all(np.diff(values[:, 1]) > 0.0):
         return "", "x", "height"
     return {1: ("height",), 2: ("x", "height"), 3: ("x", "y", "height")}.get(count)
+
+
+def _is_monotonic(column: np.ndarray[Any, Any]) -> bool:
+    steps = np.diff(column)
+    return bool(np.all(steps > 0.0) or np.all(steps < 0.0))
 
 
 def _counts_points(column: np.ndarray[Any, Any]) -> bool:

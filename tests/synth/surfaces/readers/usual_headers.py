@@ -47,6 +47,15 @@ HEADERS: tuple[UsualFile, ...] = (
     named("names-filter.csv", "Distance [mm];Height [um], filter 2.5 mm"),
     named("names-equals.csv", "Distance(mm);Height(um) Ls=0.008mm"),
     named("names-comma.csv", "Travel mm, length 12 nm;Raw um, gauge 6 mm"),
+    named("names-comment.csv", "X in mm;Z in um (levelled)"),
+    named("names-equal-sign.csv", "Lateral=mm;Height=um"),
+    profile(
+        "two-heights.csv",
+        "two traces without x: no trace is x",
+        lines("Z1 (um);Z2 (um)", rows=[f"{z};{-z}" for z in Z]),
+        options={"pixel": "125 um"},
+        shows=("Z1: height in um; Z2: not read",),
+    ),
     named("names-words.csv", "X (mm, relative);Z (um, levelled)"),
     named("names-full-width.csv", "\u4f4d\u7f6e\uff08mm\uff09;\u9ad8\u3055\uff08um\uff09"),
     profile(
