@@ -56,6 +56,7 @@ def report_rows(report: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("channel", report["channel"]),
         ("size", " x ".join(_length(size, "mm") for size in report["size"])),
         ("points", " x ".join(map(str, report["points"]))),
+        ("rows", "the first has the least y" if len(report["points"]) > 1 else ""),
         ("spacing", " x ".join(_length(step) for step in report["spacing"])),
         ("unit of x", report["unit_of_x"] or ""),
         ("unit of the heights", unit),

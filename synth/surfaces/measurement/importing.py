@@ -38,6 +38,14 @@ MARKS = (
     32767.0,
     32768.0,
     999.0,
+    999.9,
+    99.99,
+    99.9,
+    99.0,
+    8191.0,
+    65535.0,
+    2147483647.0,
+    2147483648.0,
     9.96921e36,
     3.402823466e38,
     1e30,
@@ -104,18 +112,22 @@ def import_surface(path: Path, options: ImportOptions, name: str | None = None) 
 
 
 def _marks(found: SurfaceFile) -> list[str]:
-    """Return a note about a number that is far from all other heights and that programs write for missing points."""
+    """Return a note about extreme numbers that mark missing points, or that repeat far from all others."""
     measured = found.heights[~found.missing]
+    if found.full_scale is not None:
+        return []
     for mark in (np.min(measured, initial=np.inf), np.max(measured, initial=-np.inf)):
         others = measured[measured != mark]
-        if len(others) > 1 and np.any(np.isclose(abs(mark), MARKS)):
-            distance = float(np.min(np.abs(others - mark)))
-            if distance > FAR * (float(np.max(others)) - float(np.min(others))):
-                count = len(measured) - len(others)
-                points = "1 point" if count == 1 else f"{count} points"
-                return [
-                    f"The height of {points} is {mark:g}, far from all others. If it marks missing points, write nan"
-                ]
+        if len(others) < 2:
+            continue
+        count = len(measured) - len(others)
+        distance = float(np.min(np.abs(others - mark)))
+        spread = float(np.max(others)) - float(np.min(others))
+        is_run = bool(np.any((measured[1:] == mark) & (measured[:-1] == mark)))
+        is_mark = np.any(np.isclose(abs(mark), MARKS)) and (distance > FAR * spread or count > 1)
+        if is_mark or (is_run and distance > spread):
+            points = "1 point" if count == 1 else f"{count} points"
+            return [f"The height of {points} is {mark:g}, far from all others. If it marks missing points, write nan"]
     return []
 
 
@@ -172,8 +184,9 @@ def _in_metres(found: SurfaceFile, options: ImportOptions) -> tuple[Heights, tup
 
 def _positions(found: SurfaceFile, spacing: tuple[float, ...], unit: str | None) -> Heights:
     """Return x of each point of a profile (m). unit: of x in the file."""
-    if found.positions is not None:
-        return found.positions * UNITS[unit or "m"]
+    x = found.positions if found.positions is not None else found.measured_x
+    if x is not None and unit in UNITS and (found.positions is not None or found.spacing is not None):
+        return x * UNITS[unit]
     return np.asarray(np.arange(len(found.heights)) * spacing[0], dtype=float)
 
 
@@ -230,6 +243,8 @@ def _height_factor(
     if options.height is not None and (found.full_scale is None or options.unit is not None):
         hint = LEAVE if found.full_scale is None else "Leave out height or unit."
         faults.append(_fault("height", "a length", "a height for displacement maps only, without a unit", hint))
+    if options.unit is not None and found.no_unit:
+        faults.append(_fault("unit", "a unit", f"none: {found.no_unit}", "Write height, for its full scale."))
     if unit == "pixel":
         if len(set(spacing)) > 1 and not found.spacing:
             faults.append(_fault("pixel", "two lengths", "square pixels of a normal map", "Write one length."))

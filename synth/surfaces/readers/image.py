@@ -7,8 +7,8 @@ Model   A grey picture of unsigned whole numbers is a displacement map: 0 is its
         missing points. Rows are along y, from the top of the picture down.
 Source  Pillow decodes the pixels. No gamma curve and no colour profile is applied: a displacement map holds numbers,
         not brightness.
-Limits  Programs write resolutions of 72, 96, 150, 300, 600 or 1200 dots per inch for screens and printers, and 1 where
-        they know none. These are not used as distances.
+Limits  Programs write resolutions for screens and printers that nobody measured. A resolution is used as a distance
+        only from LEAST_DPI on.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ from synth.surfaces.readers import normal_map
 from synth.surfaces.readers.surface_file import MOST_POINTS, SurfaceFile, check_shape, finite_heights, refuse_file
 
 INCH = 0.0254  # m
-LEAST_DPI = 10.0  # 2.5 mm a pixel: programs that know no resolution write 1
-USUAL_DPI = (72.0, 96.0, 150.0, 300.0, 600.0, 1200.0)
+LEAST_DPI = 2540.0  # 10 um a pixel: coarser ones, 72 to 2400, are those of screens, printers and scanners' defaults
 ROUNDED_DPI = 0.02  # dots per inch: PNG stores whole dots per metre
+BYTE = 8  # bits
 LOSSY_GREY = 6  # of 255: permitted difference of the channels of a grey picture that was compressed with loss
 PICTURES = ("PNG", "TIFF", "JPEG", "BMP", "DIB", "WEBP", "PPM")
 READABLE = "grey of 1 to 16 bits, real numbers of 32 or 64 bits (TIFF), or RGB of 8 or 16 bits"
@@ -86,13 +86,13 @@ def spacing_of_dpi(dpi: tuple[float, float] | None) -> tuple[tuple[float, float]
     """Return the distances (m) of a resolution in dots per inch, and notes. The distances are None if it has none."""
     if dpi is None or not all(np.isfinite(value) and value > 0.0 for value in dpi):
         return None, ()
-    if all(min(abs(value - usual) for usual in USUAL_DPI) < ROUNDED_DPI for value in dpi):
-        return None, (f"Its tag of {round(dpi[0])} dots per inch is a usual setting of programs, and was not used",)
     if max(dpi) <= 1.0:
-        return None, ()
-    if min(dpi) < LEAST_DPI:
-        return None, (f"Its tag of {dpi[0]:.3g} dots per inch is no measured surface's, and was not used",)
-    return (INCH / float(dpi[0]), INCH / float(dpi[1])), ()
+        return None, ()  # what programs write that know none
+    shown = " x ".join(f"{value:.5g}" for value in dict.fromkeys(dpi))
+    if min(dpi) < LEAST_DPI - ROUNDED_DPI:
+        return None, (f"Its tag of {shown} dots per inch may be a setting of a program, and was not used",)
+    note = f"The distance between its pixels is that of its resolution tag, {shown} dots per inch"
+    return (INCH / float(dpi[0]), INCH / float(dpi[1])), (note,)
 
 
 def surface_of_pixels(
@@ -102,13 +102,15 @@ def surface_of_pixels(
     notes: tuple[str, ...],
     lossy: bool = False,
     bits: int | None = None,
+    most: int | None = None,
 ) -> SurfaceFile:
     """Return the surface in a picture.
 
     pixels: [rows, columns], or [rows, columns, channels]: grey and alpha, RGB, or RGB and alpha.
     spacing: m, or None.
     lossy: whether the picture was compressed with loss.
-    bits: of a grey, where they are fewer than those of the type of `pixels`.
+    bits: of a grey below 8 bits that was spread over 8; the heights are its own numbers.
+    most: the number of full scale, where it is not the largest one of the type.
     """
     clear = None
     if pixels.ndim == 3 and pixels.shape[2] in (2, 4):
@@ -123,7 +125,7 @@ def surface_of_pixels(
         if grey is None:
             return normal_map.surface_of(kind, pixels, spacing, notes)
         pixels, notes = grey, (*notes, "Its three channels are equal, and were read as one")
-    found = displacement_map(kind, pixels, spacing, notes, bits)
+    found = displacement_map(kind, pixels, spacing, notes, bits, most)
     return found if clear is None else replace(found, missing=found.missing | clear)
 
 
@@ -154,11 +156,12 @@ def displacement_map(
     spacing: tuple[float, float] | None,
     notes: tuple[str, ...],
     bits: int | None = None,
+    most: int | None = None,
 ) -> SurfaceFile:
     """Return a grey image. Unsigned whole numbers are a displacement map, others are heights.
 
     spacing: m, or None.
-    bits: of a grey, where they are fewer than those of the type of `pixels`.
+    bits, most: as for `surface_of_pixels`.
     """
     if pixels.ndim != 2:
         refuse_file(f"{kind} with {pixels.shape[-1]} channels", "a grey image of 8 or 16 bits", "Save it as grey.")
@@ -167,8 +170,12 @@ def displacement_map(
     bits = bits or 8 * pixels.dtype.itemsize
     counted = "1 bit" if bits == 1 else f"{bits} bits"
     if pixels.dtype.kind == "u":
-        full_scale = float(np.iinfo(pixels.dtype).max)
+        full_scale = float(most or np.iinfo(pixels.dtype).max)
+        if bits < BYTE and not most:
+            heights, full_scale = np.rint(heights * (2**bits - 1) / full_scale), 2.0**bits - 1.0
         layout = f"a displacement map of {counted}"
+        if most:
+            layout += f", from 0 to {most}"
     else:
         layout = f"an image of {pixels.dtype} numbers, which are heights"
         if pixels.dtype.kind == "f" and np.min(heights) >= 0.0 and 0.0 < np.max(heights) <= 1.0:

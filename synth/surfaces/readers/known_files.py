@@ -24,11 +24,14 @@ PRINTED = "Export the numbers as text, or the map as a grey PNG."
 LINES = "Write the heights as text, with one line for each point, or as NPY."
 UNPACK = "Unpack it, and import the file of heights that is in it."
 OWN = "Export the surface as X3P, SUR or text."
+POINTS = "Save x, y and height of a lattice as text: x [mm]; y [mm]; z [um]."
+POINT_CLOUD = re.compile(rb"(?m)^FIELDS x y z\b")
 
 SIGNATURES: tuple[tuple[int, bytes, str, str], ...] = (
     (0, b"solid ", "a mesh (STL, as text)", MESH),
     (0, b"ply\n", "a mesh (PLY)", MESH),
     (0, b"ply\r", "a mesh (PLY)", MESH),
+    (0, b"# .PCD", "a cloud of points (PCD)", POINTS),
     (0, b"Kaydara FBX Binary", "a 3D scene (FBX)", MESH),
     (0, b"; FBX", "a 3D scene (FBX, as text)", MESH),
     (0, b"glTF", "a 3D scene (glTF)", MESH),
@@ -110,7 +113,7 @@ IN_ZIP = (
     ("ppt/", "a presentation (PPTX)", PRINTED),
     ("xl/", "a spreadsheet (XLSX)", TABLE),
     ("3D/", "a mesh (3MF)", MESH),
-    ("content.xml", "a document or a spreadsheet of LibreOffice", TABLE),
+    ("content.xml", "a document or a spreadsheet of LibreOffice (ODT, ODS)", TABLE),
 )
 TRIANGLES = 84  # place of the first of the triangles of an STL file, of 50 bytes each
 BY_ENDING = {
@@ -148,6 +151,8 @@ def known(head: bytes, ending: str, path: Path | None) -> tuple[str, str] | None
     triangles = int.from_bytes(head[TRIANGLES - 4 : TRIANGLES], "little")
     if path and triangles and path.stat().st_size == TRIANGLES + 50 * triangles:
         return "a mesh (STL)", MESH
+    if POINT_CLOUD.search(start):
+        return "a cloud of points (PCD)", POINTS
     if is_json(start):
         return "JSON, or lists in brackets", LINES
     markup = start.lstrip().lower()

@@ -27,6 +27,7 @@ from synth.surfaces.readers.surface_file import (
 )
 
 WITHIN = 0.01  # of a step: permitted deviation of a coordinate from its place
+MOST_ROUNDED = 0.05  # of a step: 0.12, 0.25, 0.38 are equal steps that were rounded; 3, 7, 10 are unequal
 SAME = 1e-3  # of the greatest step: coordinates that are closer differ by rounding only
 FULLEST_GAPS = 4  # largest number of places per point; with more, the lattice is a large empty area with a few points
 CERTAIN = 8  # so many gaps at regular distances are no missing points, but steps that were rounded
@@ -49,7 +50,10 @@ def profile_of_pairs(values: np.ndarray[Any, Any], layout: str, unit: str | None
     lattice = _lattice(values[:, 0], "x")
     if isinstance(lattice, Lattice) and lattice.count <= FULLEST_GAPS * len(values):
         heights, missing = _placed(values[:, 1], lattice.at, lattice.count)
-        return SurfaceFile("text", layout, heights, missing, unit, (lattice.spacing,), notes=notes)
+        x = np.min(values[:, 0]) + lattice.spacing * np.arange(lattice.count)
+        x[lattice.at] = values[:, 0]
+        spacing = (lattice.spacing,)
+        return SurfaceFile("text", layout, heights, missing, unit, spacing, notes=notes, measured_x=x)
     order = np.argsort(values[:, 0], kind="stable")
     heights, missing = finite_heights(values[order, 1])
     positions = values[order, 0]
@@ -129,15 +133,16 @@ def _of_levels(levels: np.ndarray[Any, Any]) -> Lattice | float:
     tried = [_fitted(levels, places) for step in (np.median(steps), np.min(steps)) for places in _by_step(levels, step)]
     if whole.off <= WITHIN:
         return whole
-    fitting = [one for one in tried if one.off <= max(WITHIN, _rounding(resolution, one)) and one.count > len(levels)]
+    fitting = [one for one in tried if one.off <= WITHIN and one.count > len(levels)]
     gaps = min((one.count - len(levels) for one in fitting), default=CERTAIN)
     is_rounded = whole.off <= _rounding(resolution, whole)
     if is_rounded and gaps >= CERTAIN:
         return whole
-    exact = [one for one in fitting if one.off <= WITHIN] or fitting
-    if exact:
-        check_shape((max(2, exact[0].count),))
-        return exact[0]
+    if fitting:
+        check_shape((max(2, fitting[0].count),))
+        return fitting[0]
+    if is_rounded:
+        return whole
     return float(min(one.off for one in (whole, *tried)))
 
 
@@ -160,7 +165,9 @@ def _fitted(levels: np.ndarray[Any, Any], at: np.ndarray[Any, Any]) -> Lattice:
 
 def _rounding(resolution: float, lattice: Lattice) -> float:
     """Return the deviation from its place, in steps, that rounding alone can give a coordinate."""
-    return min(0.5, 0.75 * resolution / lattice.spacing)  # 0.5, and what the line of least squares adds
+    return min(
+        MOST_ROUNDED, 0.75 * resolution / lattice.spacing
+    )  # half a digit, and what the line of least squares adds
 
 
 def _resolution(values: np.ndarray[Any, Any]) -> float:

@@ -11,7 +11,9 @@ Limits  Of an animation the first picture is read. PNG, JPEG and WebP may have a
 
 from __future__ import annotations
 
+import re
 import struct
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +25,8 @@ from synth.surfaces.readers.surface_file import SurfaceFile, check_shape, refuse
 
 PNG = b"\x89PNG\r\n\x1a\n"
 BITMAP_HEADERS = (12, 40, 52, 56, 64, 108, 124)
+GREYMAPS, BITMAPS = (b"P2", b"P5"), (b"P1", b"P4")
+LONGEST_HEADER = 4096  # bytes of a PGM, with its comments
 METRES = 1  # unit of sCAL
 
 
@@ -48,11 +52,15 @@ def read(path: Path, _ending: str) -> SurfaceFile:
     with opened(path) as image:
         kind = {"PPM": "PNM", "DIB": "BMP"}.get(image.format, str(image.format))
         dpi = image.info.get("dpi")
+        exif = image.getexif()
+        if kind == "JPEG" and not image.info.get("jfif_unit") and exif.get(ExifTags.Base.ResolutionUnit) == 1:
+            dpi = None  # a ratio, without a unit
         spacing, notes = spacing_of_dpi(dpi) if dpi else (None, ())
         spacing = scale or spacing
         notes += _notes(image)
-        orientation = image.getexif().get(ExifTags.Base.Orientation, 1)
+        orientation = exif.get(ExifTags.Base.Orientation, 1)
         pixels = wide_pixels(path) if bits == 16 and image.mode in ("RGB", "RGBA") else _pixels(image)
+        no_unit = _no_unit(image, header)
         transparent = image.info.get("transparency") if image.mode != "P" else None
         lossy = kind == "JPEG" or (kind == "WEBP" and b"VP8 " in path.read_bytes()[:64])
     found_bits = bits if bits and pixels.ndim == 2 and pixels.dtype == np.uint8 else 1 if header[:2] == b"P4" else None
@@ -62,7 +70,28 @@ def read(path: Path, _ending: str) -> SurfaceFile:
         pixels = turned(pixels, orientation)
         spacing = spacing and (spacing[::-1] if orientation >= 5 else spacing)
         notes = (*notes, "It was turned as its orientation tag says")
-    return surface_of_pixels(kind, pixels, spacing, notes, lossy, found_bits)
+    most = _full_scale(path) if kind == "PNM" and header[:2] in GREYMAPS else None
+    if most:
+        pixels = np.rint(pixels * (most / np.iinfo(pixels.dtype).max)).astype(pixels.dtype)
+    return replace(surface_of_pixels(kind, pixels, spacing, notes, lossy, found_bits, most), no_unit=no_unit)
+
+
+def _full_scale(path: Path) -> int | None:
+    """Return the greatest number that a PGM states, or None if it is that of 8 or 16 bits, which Pillow keeps."""
+    with path.open("rb") as file:
+        words = re.sub(rb"#[^\n]*", b" ", file.read(LONGEST_HEADER)).split()
+    most = int(words[3])
+    return None if most in (255, 65535) else most
+
+
+def _no_unit(image: Any, header: bytes) -> str:
+    """Return why the numbers of a picture cannot be heights in a unit, or "": Pillow gives other ones than the file."""
+    if image.mode in ("P", "PA") or (header.startswith(b"BM") and image.mode == "1"):
+        return "its numbers are places in a palette"
+    if header[:2] in BITMAPS:
+        return "in it 1 is black and 0 is white"
+    is_colour = header[:2] in (b"P3", b"P6")
+    return "a PPM has three numbers at each point" if is_colour else ""
 
 
 def turned(pixels: np.ndarray[Any, Any], orientation: int) -> np.ndarray[Any, Any]:

@@ -63,17 +63,23 @@ SPELLINGS = {
     "uin": "µin microinch microinches",
 }
 """Other spellings of units, in small letters."""
+SHORT = 2  # letters of km, cm, mm, um, nm and pm, and of no word
 _BY_SPELLING = {word: unit for unit, words in SPELLINGS.items() for word in words.split()}
 _BY_SPELLING |= {name.lower(): name for name in UNITS if name not in ("A", "m")}
 
 
 def unit_named(text: str) -> str | None:
-    """Return the unit of length that `text` is, a key of UNITS, or None. Capitals are not told apart, but A and m."""
+    """Return the unit of length that `text` is, a key of UNITS, or None.
+
+    Capitals decide where they make another unit: mm and MM are millimetres, Mm, Nm and nM are not.
+    """
     text = unicodedata.normalize("NFKC", text.strip().rstrip(".").replace("\\u00B5", "\u00b5"))  # ㎛ is μm
     text = text.replace("\u03bc", "\u00b5").replace("\u00c2\u00b5", "\u00b5")  # UTF-8 that was read as Latin-1
     if text in UNITS:
         return text
-    return _BY_SPELLING.get(text.lower())
+    unit = _BY_SPELLING.get(text.lower())
+    is_short = unit is not None and len(text) == SHORT and text[-1] in "mM"
+    return None if is_short and not (text.islower() or text.isupper()) else unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +100,8 @@ class SurfaceFile:
     notes: sentences for the user.
     reading: of text, how it was read, as JSON values: encoding, separator, decimal sign, columns with their units.
     positions: of a profile with unequal steps, the x of each point, increasing, in `spacing_unit`; else None.
+    measured_x: of a profile with equal steps, x of each point as the file has it, in `spacing_unit`, or None.
+    no_unit: why the numbers of a displacement map cannot be heights in a unit, or "".
     """
 
     format: str
@@ -109,6 +117,8 @@ class SurfaceFile:
     notes: tuple[str, ...] = ()
     reading: dict[str, Any] | None = None
     positions: Heights | None = None
+    measured_x: Heights | None = None
+    no_unit: str = ""
 
 
 def refuse_file(value: object, allowed: str, hint: str, cause: BaseException | None = None) -> NoReturn:

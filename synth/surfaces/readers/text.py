@@ -25,7 +25,7 @@ from typing import Any, NoReturn, TextIO
 
 import numpy as np
 
-from synth.surfaces.readers.known_files import is_json, mesh_as_text, refuse_known
+from synth.surfaces.readers.known_files import POINT_CLOUD, is_json, mesh_as_text, refuse_known
 from synth.surfaces.readers.number_forms import (
     COMMENT,
     COULD_BE_GROUPS,
@@ -53,6 +53,9 @@ OTHER_PROGRAMS: tuple[bytes, ...] = (
     b"Wyko ASCII",
     b"aISO-1.0",
     b"bISO-1.0",
+    b"aBCR-1.0",
+    b"bBCR-1.0",
+    b"# .PCD",
     b"fileformat",
     b"WSxM",
     b"[DataSet]",
@@ -80,7 +83,12 @@ OTHER_PROGRAMS += (
 def fits(head: bytes, _ending: str) -> bool:
     """Return whether the file begins with text that is not the header of a format of another program."""
     start = head.lstrip(b"\xef\xbb\xbf \r\n")
-    is_other = mesh_as_text(head) or is_json(start) or (start.startswith(b"solid") and b"facet" in head)
+    is_other = (
+        bool(POINT_CLOUD.search(start))
+        or mesh_as_text(head)
+        or is_json(start)
+        or (start.startswith(b"solid") and b"facet" in head)
+    )
     return is_text(head) and not start.startswith(OTHER_PROGRAMS) and not is_other
 
 
@@ -97,7 +105,26 @@ def read(path: Path, _ending: str) -> SurfaceFile:
     except UnicodeError as error:
         refuse_file(f"text that is not whole in {encoding}", "text in one encoding", "Save it as UTF-8.", error)
     stated = header_of(header, form, values.shape[1])
+    if len(values) > 1 and not {"x", "y"} & {one.role for one in stated.columns}:
+        _check_blocks(path, codec, values.shape[1])
     return surface_of_table(values, form, stated, encoding)
+
+
+def _check_blocks(path: Path, codec: str, columns: int) -> None:
+    """Refuse heights without x in blocks that empty lines or lines of words divide: each is a surface of its own.
+
+    Lists of x, y and z may have an empty line after each row. Empty lines after every line divide nothing.
+    """
+    lengths = [0]
+    with path.open(encoding=codec) as file:
+        for line in file:
+            if line[0] in "0123456789+-" or (re.search("[0-9]", line) and not COMMENT.match(line)):
+                lengths[-1] += 1
+            elif lengths[-1]:
+                lengths.append(0)
+    whole = [length for length in lengths if length > 1]
+    if columns not in (2, 3) and len(whole) > 1 and whole[-1] == whole[-2]:
+        refuse_file(f"{len(whole)} blocks of numbers", "one block", "Keep the lines of one of them.")
 
 
 def _beginning(file: TextIO) -> tuple[list[str], list[str]]:
@@ -160,6 +187,15 @@ def _header(file: TextIO) -> tuple[list[str], list[str]]:
     if cell := next(filter(WITH_UNIT.fullmatch, cells), None) if len(header) > 3 else None:
         hint = "Write the units once, in a line above: x [mm]; z [um]."
         refuse_file(f"cells such as {cell[:40]!r}", "numbers without their units", hint)
+    for separator in ("\t", ";", ",", "|"):
+        rows = [line.split(separator) for line in header[-SAMPLE:]]
+        alike = [row for row in rows if len(row) == len(rows[-1]) > 1]
+        numbers = [row for row in alike if any(map(is_numbers, row)) and not all(map(is_numbers, filter(None, row)))]
+        if len(numbers) > 2:
+            word = next(cell for cell in numbers[-1] if cell.strip() and not is_numbers(cell)).strip()
+            refuse_file(
+                f"a column of words or dates, such as {word[:30]!r}", "columns of numbers", "Remove the column."
+            )
     refuse_file(f"no numbers in the first {MOST_HEADER} lines", "a text file of numbers", "Is this the right file?")
 
 

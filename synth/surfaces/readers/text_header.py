@@ -6,7 +6,8 @@ Model   A line with as many cells as there are columns names them; a line of uni
         one value each, as a word of KEYS, a sign, and a number or a unit: "x_unit: mm", "Sampling interval;0.5;um".
 Source  Gwyddion user guide, export of raw data as text; SPIP's ASCII format; Esri ASCII raster; the other words are
         this project's choice.
-Limits  A unit that is not a length refuses the file, as does a factor of the heights. Other lines are left out.
+Limits  A unit that is not a length refuses the file (`column_names`), as does a factor of the heights
+        (`header_factors`), and a value that is stated in two ways. Other lines are left out.
 """
 
 from __future__ import annotations
@@ -15,36 +16,23 @@ import re
 from dataclasses import dataclass, field, replace
 from math import nan
 
+from synth.surfaces.readers.column_names import (
+    BRACKET,
+    NOT_LENGTHS,
+    PIXELS,
+    VALUE,
+    Column,
+    column_of,
+    units_beside_names,
+)
+from synth.surfaces.readers.header_factors import check_statements
 from synth.surfaces.readers.number_forms import Form, NotANumber
-from synth.surfaces.readers.surface_file import refuse_file, unit_named
+from synth.surfaces.readers.surface_file import UNITS, refuse_file, unit_named
 
 NUMBER = r"[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]{1,4})?"
-NOT_LENGTHS = re.compile(
-    r"(?i:[mµuk]?v|[mµu]?s|sec|seconds?|min|[mµu]?n|deg|degrees?|°|rad|%|counts?|k?hz|[kmg]?pa|°c|a\.?u\.?|arb|gr[ae]y"
-    r"|dbv?|g|mm/s|m/s|[um]m/s|um/s)"
-)
-PIXELS = re.compile(r"(?i:px|pix|pixels?|points?|pts?|samples?|index)")
-INDEX = re.compile(
-    r"(?i:no|nr|num|number|index|idx|id|i|n|#|№|points?|pts?|point ?(?:no|nr|number|index)|counter|count|samples?|"
-    r"rows?|row ?number|lines?|data ?points?|t|time|zeit|temps|timestamp|время|時間|时间)\.?"
-)
-"""Columns that count the points, in numbers or in seconds."""
-ALONG = re.compile(
-    r"(?i:x ?[0-9]*|x[ _-].*|x-?(?:axis|coord|pos|value|data).*|lateral.*|pos(?:ition)?\b.*|dist(?:ance)?\b.*|"
-    r"len(?:gth)?\b.*|weg\b.*|strecke.*|länge.*|laenge.*|longueur.*|abscissa.*|travel.*|traverse.*|horizontal.*|scan.*|расстояние.*|"
-    r"длина.*|距離.*|长度.*|位置.*|délka.*|distanza.*|distancia.*)"
-)
-ACROSS = re.compile(r"(?i:y ?[0-9]*|y[ _-].*|y-?(?:axis|coord|pos|value).*)")
-HEIGHT = re.compile(
-    r"(?i:z ?[0-9]*|z[ _-].*|z-?(?:axis|coord|pos|value|data|height).*|.*height.*|altitude.*|elevation.*|.*profile.*|"
-    r"h|depth.*|.*höhe.*|.*hoehe.*|tiefe.*|hauteur.*|profil.*|altura.*|topo.*|raw.*|primary.*|roughness.*|amplitude.*|"
-    r"высота.*|профиль.*|高さ.*|高度.*|výška.*|altezza.*)"
-)
-OPTICAL = re.compile(r"(?i:intensity.*|red|green|blue|r|g|b|colou?r.*|quality.*|valid.*|flag.*|confidence.*)")
 _STEP = r"(?:pixel ?size|pixel|spacing|pitch|step(?: ?size| ?distance| ?width)?|incr(?:ement)?|resolution|"
 _STEP += r"sampl(?:ing|e) ?(?:interval|distance|step|spacing|pitch)|calibration|point ?(?:spacing|distance|pitch)"
 _STEP += r"|data ?(?:spacing|interval)|lateral ?resolution|abtastabstand|punktabstand|messpunktabstand)"
-_FACTOR = r"(?:z|height)?[ _-]?(?:scale|scaling|scale ?factor|factor|multiplier|height ?scale)"
 KEYS = {
     "width": r"(?:Width|x[ _-]?(?:length|size|range)|scan ?size ?x)",
     "height": r"(?:Height|y[ _-]?(?:length|size|range)|scan ?size ?y)",
@@ -54,17 +42,20 @@ KEYS = {
     "step x": rf"(?:dx|delta ?x|x[ _-]?{_STEP}|{_STEP}[ _-]?x)",
     "step y": rf"(?:dy|delta ?y|y[ _-]?{_STEP}|{_STEP}[ _-]?y)",
     "unit": r"(?:value ?units?|(?:z|height|vertical|data|amplitude)[ _-]?(?:axis[ _-]?)?units?|units?[ _-]?(?:of )?"
-    r"(?:z|heights?|values?))",
-    "unit x": r"(?:(?:x|x ?y|lateral|horizontal|length|position|distance|abscissa)[ _-]?(?:axis[ _-]?)?units?|"
-    r"units?[ _-]?(?:of )?(?:x|lengths?|positions?))",
-    "unit y": r"y[ _-]?(?:axis[ _-]?)?units?",
+    r"(?:z|heights?|values?)|z[ _-]?(?:axis|achse))",
+    "unit x": r"(?:(?:x|x ?y|lateral|horizontal|length|position|distance|abscissa)[ _-]?(?:axis[ _-]?)?units?"
+    r"(?:[ _-]?labels?)?|"
+    r"units?[ _-]?(?:of )?(?:x|lengths?|positions?)|x[ _-]?(?:axis|achse))",
+    "unit y": r"(?:y[ _-]?(?:axis[ _-]?)?units?(?:[ _-]?labels?)?|y[ _-]?(?:axis|achse))",
     "unit of all": r"(?:units?|einheit(?:en)?|unités?|単位|(?:all )?(?:data|values|dimensions) (?:are )?in)",
-    "no data": r"(?:no[ _-]?data(?:[ _-]?value)?|missing(?:[ _-]?(?:value|data))?|fill[ _-]?value|_FillValue|"
-    r"(?:bad|invalid|void|dummy)(?:[ _-]?(?:value|pixel|point|data))?)",
-    "factor": _FACTOR,
+    "no data": r"(?:no[ _-]?data(?:[ _-]?value)?|missing(?:[ _-]?(?:value|data|points?))?|fill[ _-]?value|_FillValue|"
+    r"(?:bad|invalid|void|dummy|undefined|masked|blank(?:ed)?|lost|null|error|drop-?outs?|nan|outliers?|saturated|"
+    r"unmeasured|not measured)(?:[ _-]?(?:values?|pixels?|points?|data|codes?|marks?))?|fehl\w*|ungültig\w*|leerwert|"
+    r"(?:valeurs? )?manquante?s?|dato perso|sin datos)",
     "channel": r"(?:Channel)",
 }
-_VALUE = rf"\s*(?:[\[(](?P<of_key>[^\])]*)[\])])?\s*(?P<sign>[:=;,\t|]|\bis\b)?\s*(?P<number>{NUMBER})?\s*[;,\t]?\s*"
+_VALUE = r"\s*(?:[\[(](?P<of_key>[^\])]*)[\])])?\s*(?P<sign>[:=;,\t|]|\b(?:is|are|as)\b)?\s*"
+_VALUE += rf"(?P<number>{NUMBER})?\s*[;,\t]?\s*"
 _VALUE += r"[\[(]?(?P<unit>[^\s;,\t\])]*)"
 _BEFORE = r"(?:^|[\s#%;,])"
 _BEFORE_UNIT = r"(?:^|[#%;,|])[\s#%!'/*]*"  # "Axis unit" and "x data unit" are not "unit" and "data unit"
@@ -73,33 +64,18 @@ STATED = {
     for key, words in KEYS.items()
 }
 OF_OTHER_AXIS = re.compile(r"(?i)\b(?:y|z|time|vertical|height|stylus|cut-?off|wave)[\s_-]*")
+COUNTED = re.compile(
+    r"(?i)(?:pixels?|points?|values|data|drop-?outs?|outliers|missing|lost|fehlend\w*|fehlstellen)\s*[:=;,\t|]?\s*[0-9]+$"
+)
+LEAST_MARK = 99.0  # "Missing points: 12" counts them; "Missing points: 9999" marks them
+SURE_SEPARATORS = (r"\t", ";", ",", r"\|")
+FULL_WIDTH = str.maketrans("\uff08\uff09\uff3b\uff3d\uff5b\uff5d\uff1a\uff0f\uff1d", "()[]{}:/=")
 UNITS_OF_ROW = re.compile(r"(?i:units?|einheit(?:en)?|unités?|-+)")  # before the units of a row, or for none
 OF_TWO = re.compile(r"(?i)\W*units?\s*[:=]\s*([^\s,;]+)\s*[,;]\s*([^\s,;]+)\s*")  # Units: mm, um
+LINES_OF_NAMES = 12  # last lines of a header that can name the columns
 BEGINS_AS_NUMBER = re.compile(r"[+-]?[0-9.,]+(?:\s|$)")  # a value, which is no name of a column
 _PREFIX = re.compile(r"^[\s#%!'/*;]+")
-_BRACKETS = re.compile(r"(.*?)[\s_:,;/]*[\[({<]\s*(?:in\s+)?([^\])}>]*?)\s*[\])}>]\s*")
-_LAST_WORD = re.compile(r"(.*?)(?:\s*/\s*|\s+in\s+|[_,:;\s-]\s*)(\S+?)\s*")
 _VALUE_WITH_UNIT = re.compile(r".*(?:^|[\s;,])[+-]?[0-9][0-9.,]*[\s;,]+[^\W\d_]+\s*")  # no name of a column
-
-
-@dataclass(frozen=True, slots=True)
-class Column:
-    """A column of the numbers.
-
-    name: as the header has it, or "".
-    unit: a key of UNITS, "pixel", or None if the header states none.
-    of_else: the whole cell, if it states a unit that is not a length; else "".
-    """
-
-    name: str = ""
-    unit: str | None = None
-    of_else: str = ""
-
-    @property
-    def role(self) -> str:
-        """One of "index", "x", "y", "height", "other" and "", told from the name."""
-        roles = (("index", INDEX), ("x", ALONG), ("y", ACROSS), ("height", HEIGHT), ("other", OPTICAL))
-        return next((role for role, names in roles if names.fullmatch(self.name.strip())), "")
 
 
 @dataclass(frozen=True)
@@ -110,12 +86,14 @@ class Header:
     values: for each key of KEYS that is stated, the number as text, and a unit or a text.
     lines: number of lines.
     axis: coordinates of the columns of a grid, with nan at the corner; empty if the last line has none.
+    corner: words of the corner above the coordinates of the rows, or "".
     """
 
     columns: tuple[Column, ...] = ()
     values: dict[str, tuple[str, str]] = field(default_factory=dict)
     lines: int = 0
     axis: tuple[float, ...] = ()
+    corner: str = ""
 
     def number(self, key: str) -> float | None:
         """Return the number of `key`, or None if none is stated."""
@@ -129,25 +107,57 @@ class Header:
 
 def header_of(lines: list[str], form: Form, columns: int) -> Header:
     """Return what `lines` state. Raises InvalidRequest for heights that are no lengths, and for a factor."""
-    total, lines = len(lines), _joined(lines)
+    total, lines = len(lines), _joined([line.translate(FULL_WIDTH) for line in lines])
+    check_statements(lines)
+    is_upwards = any(re.match(r"(?i)\s*yll(?:corner|center)\b", line) for line in lines)
     named = _columns(lines, form, columns) or _beside_counts(lines, form, columns)
     values: dict[str, tuple[str, str]] = {}
     for line in lines:
         text = line.replace('"', "").strip()
         for key, pattern in STATED.items():
-            match = pattern.search(text)
-            if match and key == "step" and OF_OTHER_AXIS.search(text[: match.start() + 1]):
-                continue
-            if match and key not in values and (found := _value(key, match, text)):
-                values[key] = found
+            for match in pattern.finditer(text):
+                if key == "step" and OF_OTHER_AXIS.search(text[: match.start() + 1]):
+                    continue
+                if found := _value(key, match, text):
+                    _check_same(key, values.setdefault(key, found), found)
+                    break
         if pair := OF_TWO.fullmatch(text):
             of_x, of_heights = map(unit_named, pair.groups())
             if of_x and of_heights:
                 values = {"unit x": ("", of_x), "unit": ("", of_heights)} | values
-    _check_factor(values)
     if lines and (alone := unit_named(lines[-1].strip(" []()#"))):
         values.setdefault("unit of all", ("", alone))
-    return Header(named, values, total, _axis(lines[-1:], form, columns))
+    _add_units_of_words(values, lines, named)
+    if is_upwards:
+        values["upwards"] = ("", "")
+    axis = _axis(lines[-1:], form, columns)
+    if axis:
+        named = ()
+    return Header(named, values, total, axis, form.cells(lines[-1])[0] if axis else "")
+
+
+def _add_units_of_words(values: dict[str, tuple[str, str]], lines: list[str], named: tuple[Column, ...]) -> None:
+    """Add the units of names such as "Height [nm]" anywhere in a header whose columns and keys have none.
+
+    Such a name stands in a label, far above the numbers, or beside more names than there are columns.
+    """
+    for role, unit in units_beside_names(lines):
+        key = {"height": "unit", "x": "unit x"}.get(role, "unit y")
+        if any(one.role == role and one.unit for one in named) or "unit of all" in values:
+            continue
+        _check_same(key, values.setdefault(key, ("", unit)), ("", unit))
+
+
+def _check_same(key: str, first: tuple[str, str], other: tuple[str, str]) -> None:
+    """Refuse a value that the header states twice, in two ways. Numbers without units may be of other things."""
+    numbers = [
+        float(one[0].replace(",", ".")) * UNITS.get(unit_named(one[1]) or "", 1.0) for one in (first, other) if one[0]
+    ]
+    units = {UNITS.get(unit_named(one[1]) or "") for one in (first, other)}
+    differs = len(numbers) == 2 and None not in units and abs(numbers[0] - numbers[1]) > 1e-6 * abs(numbers[0])
+    if differs or (key.startswith("unit") and len(units) > 1):
+        stated = " and ".join(f"{number} {unit}".strip() for number, unit in (first, other))
+        refuse_file(f"a header that states {key} twice: {stated}", "one value", "Remove the one that is wrong.")
 
 
 def _joined(lines: list[str]) -> list[str]:
@@ -178,12 +188,12 @@ def _axis(last: list[str], form: Form, count: int) -> tuple[float, ...]:
 
 def _value(key: str, match: re.Match[str], line: str) -> tuple[str, str] | None:
     """Return the number and the unit that `line` states for `key`, or None if it states none."""
-    number, unit = match["number"] or "", (match["unit"] or "").split("/")[0] or (match["of_key"] or "")
+    number, unit = (match["number"] or "").rstrip(".,"), (match["unit"] or "").split("/")[0] or (match["of_key"] or "")
     if key == "channel":
         named = line[match.end("of_key") if match["of_key"] else match.start("sign") + 1 :].strip()[:80]
         return ("", named) if named else None
     if key.startswith("unit"):
-        stated = unit if match["sign"] or unit_named(unit) else ""
+        stated = unit if match["sign"] or "\t" in match[0] or unit_named(unit) else ""
         stated = stated or (match["of_key"] or "")
         if not stated or number:
             return None
@@ -199,42 +209,55 @@ def _value(key: str, match: re.Match[str], line: str) -> tuple[str, str] | None:
         return None
     if key in ("columns", "rows") and not number.isdigit():
         return None
+    if key == "no data" and abs(float(number.replace(",", "."))) < LEAST_MARK and COUNTED.search(match[0]):
+        return None
     return number, unit if unit_named(unit) else ""
-
-
-def _check_factor(values: dict[str, tuple[str, str]]) -> None:
-    number = values.get("factor", ("1", ""))[0].replace(",", ".")
-    if float(number) != 1.0:
-        refuse_file(
-            f"a header that states a factor of {number}",
-            "heights without a factor",
-            "Multiply the heights by it if it is for them, and remove the line.",
-        )
 
 
 def _columns(lines: list[str], form: Form, count: int) -> tuple[Column, ...]:
     """Return the columns that the last lines of the header name, or none.
 
-    Of several lines that could be names, the last one with a unit or a known name is taken, else the last one.
+    Of several lines that could be names, the last one with units is taken, else the last one with a known name.
     """
     named: list[list[Column]] = []
     units: list[str | None] | None = None
-    for line in reversed(lines[-6:]):
+    for line in reversed(lines[-LINES_OF_NAMES:]):
         cells = _cells(line, form, count)
-        if cells is None or len(re.findall("[:=]", line)) == 1:  # a key with its value
+        if cells is None or (_is_value(line) and not all(column_of(cell).unit for cell in cells)):
             continue
         found = [_unit_alone(cell) for cell in cells]
         others = [cell for unit, cell in zip(found, cells, strict=True) if cell and not unit]
         if units is None and any(found) and all(UNITS_OF_ROW.fullmatch(cell) for cell in others):
             units = found
         elif any(re.search(r"[^\W\d_]", cell) for cell in cells) and not any(map(BEGINS_AS_NUMBER.match, cells)):
-            named.append([_column(cell) for cell in cells])
+            columns = [column_of(cell) for cell in cells]
+            if not any(one.unit and UNITS_OF_ROW.fullmatch(one.name) for one in columns):  # "X unit [um]" is a key
+                named.append(columns)
     if not named:
         return tuple(Column("", unit) for unit in units) if units else ()
-    columns = next((row for row in named if any(one.role or one.unit or one.of_else for one in row)), named[0])
+    chosen = max(named, key=_is_named)
     if units:
-        columns = [replace(one, unit=unit or one.unit) for one, unit in zip(columns, units, strict=True)]
-    return tuple(columns)
+        chosen = [_with_unit(one, unit) for one, unit in zip(chosen, units, strict=True)]
+    return tuple(chosen)
+
+
+def _is_value(line: str) -> bool:
+    """Return whether a line is a key with its value."""
+    return len(re.findall("[:=]", BRACKET.sub("", line))) == 1
+
+
+def _is_named(columns: list[Column]) -> int:
+    """Return 2 if columns have units and a name that is known, 1 if they have one of these, else 0."""
+    has_unit = any(one.unit or one.of_else for one in columns)
+    return has_unit + any(one.role for one in columns)
+
+
+def _with_unit(column: Column, unit: str | None) -> Column:
+    """Return a column with its unit of the row of units. Refuses another one in its name."""
+    if unit and column.unit and UNITS.get(unit) != UNITS.get(column.unit):
+        found = f"a column {column.name!r} in {column.unit}, above a row of units with {unit}"
+        refuse_file(found, "one unit for each column", "Remove the unit that is wrong.")
+    return replace(column, unit=unit or column.unit)
 
 
 def _cells(line: str, form: Form, count: int) -> list[str] | None:
@@ -242,7 +265,11 @@ def _cells(line: str, form: Form, count: int) -> list[str] | None:
     text = _PREFIX.sub("", line).strip().replace('"', "")
     if count == 1:
         text = text.rstrip(",;| ")
-        is_name = len(text) < 60 and not re.search(r"[:=]", text) and not _VALUE_WITH_UNIT.fullmatch(text)
+        named = column_of(text)
+        has_value = bool(VALUE.search(text) or _VALUE_WITH_UNIT.fullmatch(text))
+        has_value |= bool(named.of_else and re.search("[0-9]", text))
+        is_value = has_value and not named.unit and not named.role
+        is_name = len(text) < 60 and not re.search(r"[:=]", BRACKET.sub("", text)) and not is_value
         return [text] if is_name else None
     if line.count(form.separator) == count - 1 and form.separator != " ":
         text = line.replace('"', "")  # an empty first cell counts
@@ -252,6 +279,8 @@ def _cells(line: str, form: Form, count: int) -> list[str] | None:
         cells = [cell.strip(" '") for cell in re.split(way, text)]
         while len(cells) > count and not cells[-1]:
             cells.pop()
+        if len(cells) == count + 1 and way in SURE_SEPARATORS and _has_one_more(cells):
+            cells.pop()
         if len(cells) == count:
             return cells
     pairs = text.split()
@@ -260,24 +289,13 @@ def _cells(line: str, form: Form, count: int) -> list[str] | None:
     return None
 
 
+def _has_one_more(cells: list[str]) -> bool:
+    """Return whether the last name has no column: LabVIEW names a comment, whose cells may be absent."""
+    *columns, last = map(column_of, cells)
+    return not last.unit and last.role in ("", "other") and any(one.unit or one.of_else or one.role for one in columns)
+
+
 def _unit_alone(cell: str) -> str | None:
     """Return the unit of a cell that is nothing else, such as "[mm]"."""
     inner = cell.strip(" []()<>{}")
     return unit_named(inner) or ("pixel" if PIXELS.fullmatch(inner) and inner != cell else None)
-
-
-def _column(cell: str) -> Column:
-    """Return the column that a cell of the header names."""
-    match = _BRACKETS.fullmatch(cell)
-    if match:
-        name, unit = match.groups()
-        if unit_named(unit):
-            return Column(name, unit_named(unit))
-        if PIXELS.fullmatch(unit):
-            return Column(name, "pixel")
-        is_other = NOT_LENGTHS.fullmatch(unit) or "/" in unit or re.match(r"[x×*]?\s*[0-9]", unit)
-        return Column(name, of_else=cell if is_other else "")
-    match = _LAST_WORD.fullmatch(cell)
-    if match and unit_named(match[2]) and match[1]:
-        return Column(match[1], unit_named(match[2]))
-    return Column(cell)

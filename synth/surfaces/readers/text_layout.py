@@ -1,8 +1,9 @@
 """The table of numbers of a text file, with what its header states, as a surface.
 
 Stage   SURFACES, from files.
-Model   The roles of the columns come from their names (`text_header.Column.role`), else from their number. A grid may
-        have the coordinates of its columns in its first row, and those of its rows in its first column.
+Model   The roles of the columns come from their names (`column_names.Column.role`), else from their number. A grid may
+        have the coordinates of its columns in its first row, and those of its rows in its first column. Where the file
+        states which way y goes, the row of the least y becomes the first.
 Limits  One column of heights is read; others are named in a note.
 """
 
@@ -13,12 +14,22 @@ from typing import Any
 
 import numpy as np
 
+from synth.surfaces.readers.column_names import Column
 from synth.surfaces.readers.lattice import profile_of_pairs, surface_of_triples
 from synth.surfaces.readers.number_forms import SEPARATORS, Form
 from synth.surfaces.readers.surface_file import UNITS, UNSTATED, SurfaceFile, check_shape, finite_heights, refuse_file
-from synth.surfaces.readers.text_header import Column, Header
+from synth.surfaces.readers.table_checks import (
+    UPWARDS,
+    check_counts,
+    check_lines,
+    check_table,
+    numbered_places,
+    with_corner,
+)
+from synth.surfaces.readers.text_header import Header
 
 AGREE = 0.02  # relative difference up to which a stated distance between points and that of the column of x agree
+HOW_TO_NAME = "Export x and heights in um, with the unit alone in brackets: x [um]; z [um]."
 EQUAL = 1e-3  # relative difference of the steps of coordinates in the first row and column of a grid
 
 
@@ -32,11 +43,12 @@ def surface_of_table(values: np.ndarray[Any, Any], form: Form, header: Header, e
         values = np.where(np.isclose(values, no_data, rtol=1e-6, atol=0.0), np.nan, values)
     if header.axis:
         values = np.vstack([header.axis, values])
+        header, is_turned = with_corner(header)
+        values = values.T if is_turned else values
+    check_table(header, values.shape)
     roles = None if header.axis else _roles(header, values)
     found = _grid(values, header, said) if roles is None else _of_columns(values, roles, header, said)
     notes = found.notes
-    if header.columns and found.unit is None and header.unit("unit") is None and "factor" in header.values:
-        notes = (*notes, "Its header states a factor of 1")
     reading = {
         "encoding": encoding,
         "separator": SEPARATORS[form.separator] if count > 1 else None,
@@ -67,6 +79,8 @@ def _roles(header: Header, values: np.ndarray[Any, Any]) -> tuple[str, ...] | No
     if header.number("columns") == count > 1 and header.number("rows") in (None, rows):
         is_sized = True
     named = [column.role for column in header.columns]
+    if places := numbered_places(header.columns):
+        return places
     if is_sized and count > 1:
         return None
     if "x" in named and "height" not in named:
@@ -76,10 +90,14 @@ def _roles(header: Header, values: np.ndarray[Any, Any]) -> tuple[str, ...] | No
         return _named(named)
     if count <= 3 and "x" in named and named.count("y") == 1 and "height" not in named and count == 2:
         return tuple("height" if role == "y" else role for role in named)
+    if named.count("height") == count > 1 and not _is_monotonic(values[:, 0]):
+        return _named(named)
     if count == 2 and named[:1] == ["index"]:
         return "", "height"
     if rows == 1 and count > 3:
         return None
+    if count > 3 and not named:
+        check_lines(values)
     if count > 3 and not named and _is_list_of_points(values):
         refuse_file(
             f"{count} columns, of which the first two are places",
@@ -89,6 +107,11 @@ def _roles(header: Header, values: np.ndarray[Any, Any]) -> tuple[str, ...] | No
     if count == 3 and not named and _counts_points(values[:, 0]) and np.all(np.diff(values[:, 1]) > 0.0):
         return "", "x", "height"
     return {1: ("height",), 2: ("x", "height"), 3: ("x", "y", "height")}.get(count)
+
+
+def _is_monotonic(column: np.ndarray[Any, Any]) -> bool:
+    steps = np.diff(column)
+    return bool(np.all(steps > 0.0) or np.all(steps < 0.0))
 
 
 def _counts_points(column: np.ndarray[Any, Any]) -> bool:
@@ -115,8 +138,12 @@ def _of_columns(values: np.ndarray[Any, Any], roles: tuple[str, ...], header: He
     columns = header.columns or (Column(),) * len(roles)
     for one, role in zip(columns, roles, strict=True):
         if role and one.of_else:
-            refuse_file(f"a column {one.of_else[:60]!r}", "columns in a unit of length", "Export x and heights in um.")
+            refuse_file(f"a column {one.of_else[:60]!r}", "columns in a unit of length", HOW_TO_NAME)
     units = [one.unit for one in columns]
+    if numbered_places(columns):
+        units = [unit if role == "height" else "pixel" for unit, role in zip(units, roles, strict=True)]
+    elif "x" not in roles:
+        check_counts(values, columns)
     of_ordinate = None if "y" in roles else header.unit("unit y")
     of_heights = units[roles.index("height")] or header.unit("unit") or of_ordinate or header.unit("unit of all")
     along = header.unit("unit x") or header.unit("unit of all")
@@ -157,7 +184,7 @@ def _in_unit_of_x(
 ) -> np.ndarray[Any, Any]:
     """Return the table with y in the unit of x. Raises InvalidRequest if one of them has no unit of length."""
     of_x, of_y = units[roles.index("x")], units[roles.index("y")] if "y" in roles else None
-    if of_y is None or of_y == of_x:
+    if "y" not in roles or of_y == of_x or (of_y is None and of_x in UNITS):
         return values
     if of_x not in UNITS or of_y not in UNITS:
         refuse_file("x and y in two units", "one unit for x and y", "Write both in one unit.")
@@ -213,8 +240,15 @@ def _grid(values: np.ndarray[Any, Any], header: Header, said: str) -> SurfaceFil
     channel = header.values.get("channel", ("", ""))[1]
     axes = _axes(values)
     counted = axes is not None and _counts_points(values[0, 1:]) and _counts_points(values[1:, 0])
+    if header.axis and axes is None:
+        refuse_file("x or y of a grid in unequal steps", "equal steps within 0.1 %", "Resample to equal steps first.")
     if axes is not None:
+        is_down, is_back = values[2, 0] < values[1, 0], values[0, 2] < values[0, 1]
         values = values[1:, 1:]
+        if not counted:
+            values = values[:: -1 if is_down else 1, :: -1 if is_back else 1]
+    elif UPWARDS in header.values:
+        values = values[::-1]
     rows, columns = values.shape
     if rows == 1:
         heights, missing = finite_heights(values.reshape(-1))
@@ -227,6 +261,7 @@ def _grid(values: np.ndarray[Any, Any], header: Header, said: str) -> SurfaceFil
     check_shape(values.shape)
     heights, missing = finite_heights(values)
     layout = f"a grid of {rows} rows and {columns} columns{said}"
+    layout += ", the last row of the file first" if UPWARDS in header.values else ""
     notes: tuple[str, ...] = ()
     if counted:
         notes, axes = ("The first row and the first column count the points, and were not read",), None
@@ -234,7 +269,7 @@ def _grid(values: np.ndarray[Any, Any], header: Header, said: str) -> SurfaceFil
         notes = ("Its first row is 0, 1, 2, ... or 1, 2, 3, ...: if it names the columns, remove it",)
     elif axes is None and _has_equal_steps(values[1:, 0]) and _has_equal_steps(values[0, 1:]):
         notes = ("Its first row and its first column have equal steps. If they are x and y, leave the corner empty",)
-    elif axes is None and rows > columns and _has_equal_steps(values[:, 0]):
+    elif axes is None and _has_equal_steps(values[:, 0]):
         notes = ("Its first column has equal steps. If it is x, name the columns in a line above the numbers",)
     if axes is not None:
         layout += ", with x in the first row and y in the first column"
@@ -271,6 +306,8 @@ def _sized(header: Header, rows: int, columns: int) -> tuple[tuple[float, ...] |
     if spacing is not None or not width or not height:
         return spacing, unit
     unit_x, unit_y = header.unit("width"), header.unit("height")
+    if (width, height) == (columns, rows) and not unit_x and not unit_y:
+        return None, None  # numbers of points
     named = unit_x or unit_y or header.unit("unit x")
     along_y = height * (UNITS[unit_y] / UNITS[unit_x] if unit_x and unit_y else 1.0)
     return (width / columns, along_y / rows), named

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from synth.surfaces.readers import topography_package
-from synth.surfaces.readers.image import READABLE, SAVE, opened, surface_of_pixels, wide_pixels
+from synth.surfaces.readers.image import BYTE, READABLE, SAVE, opened, surface_of_pixels, wide_pixels
 from synth.surfaces.readers.picture import turned
 from synth.surfaces.readers.surface_file import SurfaceFile, check_shape, refuse_file
 from synth.surfaces.readers.tiff_tags import Stated, stated_of
@@ -56,15 +56,22 @@ def read(path: Path, ending: str) -> SurfaceFile:
         bits = _bits(page)
     if colours is not None:
         pixels = np.stack([colour[pixels] for colour in _of_8_bits(np.asarray(colours, np.uint16))], axis=2)
+    no_unit = "its numbers are places in a palette" if colours is not None else ""
     if photometric == ZERO_IS_WHITE and pixels.dtype.kind == "u":
+        no_unit = "in it 0 is white, and its numbers were counted from the other end"
         pixels = np.iinfo(pixels.dtype).max - pixels
         notes = (*notes, "In it 0 is white: its numbers were counted from the other end, so that white is high")
     if stated.orientation != 1:
         pixels = pixels if is_turned else turned(pixels, stated.orientation)
         notes = (*notes, "It was turned as its orientation tag says")
     is_packed = bits < 8 and pixels.dtype == np.uint8 and pixels.ndim == 2
-    found = surface_of_pixels("TIFF", pixels, stated.turned_spacing, notes, lossy, bits if is_packed else None)
-    return _with_numbers(found, pixels, replace(stated, notes=()))
+    if stated.is_upwards:
+        pixels, notes = pixels[::-1], (*notes, "Its last row was read first: it has the least y")
+    most = 2**bits - 1 if pixels.dtype.kind == "u" and BYTE < bits < BYTE * pixels.dtype.itemsize else None
+    own_bits = bits if is_packed else None
+    found = surface_of_pixels("TIFF", pixels, stated.turned_spacing, notes, lossy, own_bits, most)
+    found = _with_numbers(found, pixels, replace(stated, notes=()))
+    return replace(found, no_unit=no_unit if found.full_scale is not None else "")
 
 
 def _bits(page: Any) -> int:
@@ -122,8 +129,7 @@ def _with_numbers(found: SurfaceFile, pixels: np.ndarray[Any, Any], stated: Stat
         return found
     missing = found.missing
     if stated.no_data is not None:
-        grey = pixels if pixels.ndim == 2 else pixels[:, :, 0]
-        missing = missing | (grey == np.asarray(stated.no_data, np.float64).astype(grey.dtype))
+        missing = missing | (found.heights == float(np.asarray(stated.no_data, np.float64).astype(pixels.dtype)))
     heights = np.where(missing, 0.0, found.heights)
     if not stated.has_heights:
         return replace(found, heights=heights, missing=missing)

@@ -36,6 +36,7 @@ class Stated:
     no_data: number of missing points, or None.
     scale, offset, unit: of the heights; unit is a key of UNITS or None.
     notes: for the user.
+    is_upwards: whether y rises from the last row to the first, as in a GeoTIFF with the north above.
     """
 
     spacing: Spacing
@@ -45,6 +46,7 @@ class Stated:
     offset: float
     unit: str | None
     notes: tuple[str, ...]
+    is_upwards: bool = False
 
     @property
     def has_heights(self) -> bool:
@@ -64,7 +66,11 @@ def stated_of(tags: Any) -> Stated:
     scale, offset, unit = _numbers(tags, description)
     no_data = _no_data(tags)
     orientation = int(_value(tags, ORIENTATION) or 1)
-    return Stated(spacing, orientation if 1 <= orientation <= 8 else 1, no_data, scale, offset, unit, notes)
+    matrix = _value(tags, TRANSFORMATION)
+    is_map = spacing is not None and (PIXEL_SCALE in tags or matrix is not None)
+    is_upwards = is_map and (PIXEL_SCALE in tags or matrix[5] < 0.0)
+    orientation = orientation if 1 <= orientation <= 8 else 1
+    return Stated(spacing, orientation, no_data, scale, offset, unit, notes, is_upwards)
 
 
 def _value(tags: Any, code: int) -> Any:
@@ -160,7 +166,8 @@ def _of_resolution(tags: Any, description: str) -> tuple[Spacing, tuple[str, ...
     of_y = unit_named(stated.get("yunit", "")) or of_x
     if of_x is not None and of_y is not None:
         return (UNITS[of_x] / per_x, UNITS[of_y] / per_y), ()
-    unit = int(_value(tags, RESOLUTION_UNIT) or BY_INCH)
+    stored = _value(tags, RESOLUTION_UNIT)
+    unit = BY_INCH if stored is None else int(stored)  # tifffile's 1, for no unit, is falsy
     if unit == BY_INCH:
         return spacing_of_dpi((per_x, per_y))
     if unit == BY_CENTIMETRE:

@@ -13,6 +13,7 @@ Limits  Needs the extra `surfaces`. A profile with unequal steps keeps its posit
 
 from __future__ import annotations
 
+import io
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -38,6 +39,8 @@ INSTRUMENTS = (
     (0, b"GWYP", "a file of Gwyddion"),
     (0, b"aISO-1.0", "an SDF file (ISO 25178-71)"),
     (0, b"bISO-1.0", "an SDF file (ISO 25178-71)"),
+    (0, b"aBCR-1.0", "an SDF file (BCR)"),
+    (0, b"bBCR-1.0", "an SDF file (BCR)"),
     (2, b"Directory", "an OPD file of Wyko"),
     (0, b"VCA DATA", "an OPDx file of Dektak"),
     (0, b"\x88\x1b\x03", "a MetroPro file of Zygo"),
@@ -68,6 +71,27 @@ BY_NAME = {
     ".ibw": "a file of Igor",
     ".hgt": "a file of SRTM",
 }
+HDF5 = b"\x89HDF"
+ARRAYS = ("h5", "mat")  # formats of arrays alone, which are read as NPY is: rows along y
+ATTRIBUTES = (
+    "scale_factor",
+    "add_offset",
+    "offset",
+    "scale",
+    "factor",
+    "gain",
+    "unit",
+    "units",
+    "_fillvalue",
+    "missing_value",
+    "fill_value",
+    "nodata",
+    "no_data",
+    "z_unit",
+    "spacing",
+    "resolution",
+    "pixel_size",
+)
 INSTALL = "pip install 'ridgewave[surfaces]'"
 
 
@@ -87,6 +111,8 @@ def read(path: Path, ending: str) -> SurfaceFile:
             f"{INSTALL}. Without it, text, NPY and images can be read."
         ) from error
     _check_unpacked(path)
+    source = _source(path, head)
+    head = head.replace(b"BCR-1.0", b"ISO-1.0") if isinstance(source, io.BytesIO) else head
     matches = {reader: reader.can_read(head) for reader in readers}
     fitting = [reader for reader, match in matches.items() if match is MagicMatch.YES]
     found = known(head, ending, path)
@@ -107,8 +133,8 @@ def read(path: Path, ending: str) -> SurfaceFile:
     cause: BaseException | None = None
     for reader in fitting:
         try:
-            with bounded_memory(), reader(str(path)) as opened:
-                return _contents(opened)
+            with bounded_memory(), reader(source) as opened:
+                return _contents(opened, path)
         except RidgewaveError:
             raise
         except Exception as error:  # a third-party parser can raise anything for a damaged file
@@ -117,6 +143,13 @@ def read(path: Path, ending: str) -> SurfaceFile:
     hint = "Copy it again. If it is whole, export it as text: of X3P, for example, areas are read and profiles are not."
     value = "a file that its reader cannot read" + (f": {found[0]}" if found else "")
     refuse_file(value, allowed, hint, cause)
+
+
+def _source(path: Path, head: bytes) -> Any:
+    """Return what the package reads: the path, or the bytes of an older SDF file (BCR) with the newer name."""
+    if not head.startswith((b"aBCR-1.0", b"bBCR-1.0")):
+        return str(path)
+    return io.BytesIO(head[:1] + b"ISO" + path.read_bytes()[4:])
 
 
 def _what(head: bytes, ending: str, path: Path) -> str:
@@ -160,7 +193,7 @@ def _check_unpacked(path: Path) -> None:
         refuse_file(f"{size} bytes when unpacked", f"at most {LARGEST_UNPACKED} bytes", "Crop the surface.")
 
 
-def _contents(reader: Any) -> SurfaceFile:
+def _contents(reader: Any, path: Path) -> SurfaceFile:
     channels = reader.height_channels
     if not channels:
         found = ", ".join(str(channel.name) for channel in reader.channels)[:80]
@@ -173,12 +206,18 @@ def _contents(reader: Any) -> SurfaceFile:
     surface = channel.topography(**sizes)
     stored = np.ma.asarray(surface.heights())
     one_row = stored.ndim == 2 and stored.shape[1] == 1
-    heights, missing = finite_heights(stored.ravel() if one_row else stored.T)
+    is_array = reader.format() in ARRAYS and bool(sizes)
+    if is_array and path.read_bytes()[: len(HDF5)] == HDF5:
+        _check_attributes(path, str(channel.name))
+    by_rows = stored if is_array else stored.T  # the package has x down an array, and programs have it across
+    heights, missing = finite_heights(stored.ravel() if one_row else by_rows)
     notes: tuple[str, ...] = ()
     if len(channels) > 1:
         others = ", ".join(str(other.name) for other in channels if other is not channel)
         notes = (f"It has other channels of heights, which were not read: {others[:120]}",)
     unit = _unit(surface.unit)
+    if reader.format() == "nc" and unit is None:
+        _check_attributes_of_netcdf(path)
     positions = None if surface.is_uniform or _spacing(surface) else np.asarray(surface.positions(), np.float64)
     if positions is not None and not np.all(np.diff(positions) > 0.0):
         refuse_file("a profile whose x does not increase", "x that increases", "Export it as text, and sort it by x.")
@@ -194,6 +233,36 @@ def _contents(reader: Any) -> SurfaceFile:
         notes=notes,
         positions=positions,
     )
+
+
+def _check_attributes(path: Path, name: str) -> None:
+    """Refuse an array of HDF5 with attributes that change what its numbers mean: the package leaves them out."""
+    import h5py
+
+    with h5py.File(path) as file:
+        found = file.get(name)
+        stated = sorted(key for key in (found.attrs if found is not None else ()) if key.lower() in ATTRIBUTES)
+    if stated:
+        allowed, hint = "an array of heights without attributes", "Apply them, and save the heights as NPY or text."
+        refuse_file(f"an array of HDF5 with the attributes {', '.join(stated)[:80]}", allowed, hint)
+
+
+def _check_attributes_of_netcdf(path: Path) -> None:
+    """Refuse a NetCDF whose heights have units in an attribute that the package leaves out."""
+    if path.read_bytes()[: len(HDF5)] == HDF5:
+        import h5py
+
+        with h5py.File(path) as file:
+            units = [found.attrs.get("units") for found in file.values() if len(getattr(found, "shape", ())) > 1]
+    else:
+        from scipy.io import netcdf_file
+
+        with netcdf_file(path, mmap=False) as file:
+            units = [getattr(one, "units", None) for one in file.variables.values() if len(one.dimensions) > 1]
+    if stated := next(filter(None, units), None):
+        shown = stated.decode("utf-8", "replace") if isinstance(stated, bytes) else str(stated)
+        allowed, hint = "heights whose unit is known", "Save the heights as NPY, and give the unit."
+        refuse_file(f"a NetCDF with units {shown[:40]!r}", allowed, hint)
 
 
 def _unit(stated: str | None) -> str | None:

@@ -59,6 +59,27 @@ def test_two_units_are_given_apart_and_do_not_contradict_the_file(tmp_path: Path
         import_surface(path, read_options({"unit": "um, um"}))
 
 
+def test_one_map_is_the_same_surface_from_each_form_that_states_y(tmp_path: Path) -> None:
+    rows = ((1.0, 4.0, 2.0, 7.0), (3.0, 0.0, 5.0, 6.0), (8.0, 2.5, 9.0, 1.5))  # um; the first has the least y
+    x, y = (0, 10, 20, 30), (0, 20, 40)
+    up = [" ".join(map(str, row)) for row in rows]
+    down = up[::-1]
+    beside = [f"{place} {row}" for place, row in zip(y, up, strict=True)]
+    forms = {
+        "xyz": "x (um) y (um) z (um)\n" + "\n".join(f"{x[c]} {y[r]} {rows[r][c]}" for c in range(4) for r in (2, 0, 1)),
+        "surfer": "DSAA\n4 3\n0 30\n0 40\n0 9\n" + "\n".join(up),
+        "esri": "ncols 4\nnrows 3\nxllcorner 0\nyllcorner 0\ndx 10\ndy 20\n" + "\n".join(down),
+        "y rises": "y/x 0 10 20 30\n" + "\n".join(beside),
+        "y falls": "y/x 0 10 20 30\n" + "\n".join(beside[::-1]),
+    }
+    for form, text in forms.items():
+        path = tmp_path / "map.asc"
+        path.write_text(text + "\n")
+        found = import_surface(path, read_options({} if form == "xyz" else {"unit": "um"}))
+        np.testing.assert_allclose(found.heights, 1e-6 * (np.array(rows) - np.mean(rows)), atol=1e-15, err_msg=form)
+        np.testing.assert_allclose(found.spacing, (10e-6, 20e-6), err_msg=form)
+
+
 def test_unequal_steps_are_refused_until_a_step_is_given(tmp_path: Path) -> None:
     path = tmp_path / "scan.txt"
     path.write_text("X [um] Z [um]\n0 0\n1 2\n2.3 4.6\n4.1 8.2\n6 12\n")

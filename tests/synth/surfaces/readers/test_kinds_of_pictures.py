@@ -101,7 +101,7 @@ def test_a_displacement_map_has_its_heights_in_every_kind_of_picture(kind: str, 
     assert min(float(np.max(np.abs(heights - one))) for one in flipped) <= HEIGHT * step
 
 
-@pytest.mark.parametrize("dpi", [1, 72, 96, 300])
+@pytest.mark.parametrize("dpi", [1, 72, 96, 144, 180, 300, 360, 400, 2400])
 def test_a_resolution_for_printers_is_no_distance_between_points(dpi: int, tmp_path: Path) -> None:
     path = tmp_path / "print.tif"
     tifffile.imwrite(path, whole(16).astype(np.uint16), resolution=(dpi, dpi), resolutionunit="INCH")

@@ -71,8 +71,8 @@ def test_the_value_that_an_esri_grid_states_for_no_data_is_a_missing_point(tmp_p
     header = "ncols 4\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 10\n"
     grid = "1 2 -9999 4\n5 6 7 8\n"
     found = contents(tmp_path, f"{header}NODATA_value -9999\n{grid}", "a.asc")
-    assert found.missing.tolist() == [[False, False, True, False], [False] * 4]
-    assert found.heights.tolist() == [[1.0, 2.0, 0.0, 4.0], [5.0, 6.0, 7.0, 8.0]]
+    assert found.missing.tolist() == [[False] * 4, [False, False, True, False]]  # the least y first
+    assert found.heights.tolist() == [[5.0, 6.0, 7.0, 8.0], [1.0, 2.0, 0.0, 4.0]]
     assert not contents(tmp_path, header + grid, "a.asc").missing.any()
 
 

@@ -63,14 +63,14 @@ def _netcdf_line(path: Path, package: Any) -> None:
 def _matlab(path: Path, _package: Any) -> None:
     from scipy.io import savemat
 
-    savemat(path, {"heights": GRID.T})
+    savemat(path, {"heights": GRID})
 
 
 def _hdf5(path: Path, _package: Any) -> None:
     import h5py
 
     with h5py.File(path, "w") as file:
-        file["heights"] = GRID.T
+        file["heights"] = GRID
 
 
 def _text(path: Path, _package: Any) -> None:
@@ -139,7 +139,7 @@ CASES: dict[str, tuple[Any, dict[str, Any]]] = {
     "scan.nc": (_netcdf, {}),
     "line.nc": (_netcdf_line, {}),
     "scan.mat": (_matlab, {"unit": "um", "pixel": "5 um"}),
-    "scan.h5": (_hdf5, {"unit": "um", "pixel": "5 um, 7 um"}),
+    "scan.h5": (_hdf5, {"unit": "um", "pixel": "7 um"}),
     "scan.asc": (_text, {}),
     "scan.xyz": (_triples, {"unit": "um"}),
     "scan.npy": (_npy, {"unit": "nm", "pixel": "1 um"}),
@@ -159,9 +159,52 @@ def test_sizes_and_roughness_are_those_of_the_package(tmp_path: Path, name: str)
     write(path, package)
     options = read_options(given)
     ours, theirs = values_of_import(path, options), values_of_package(path, options)
-    if name == "scan.npy":  # the package takes the first index of an array for x, and an image or a table has rows
+    # the package takes the first index of an array for x, and an image or a table has rows
+    if name in ("scan.npy", "scan.mat", "scan.h5"):
         theirs["points"], theirs["size"] = theirs["points"][::-1], theirs["size"][::-1]
     assert worst_difference(ours, theirs) < 1e-9
+
+
+@pytest.mark.parametrize("name", ["scan.mat", "scan.h5"])
+def test_matrices_have_rows_along_y_as_in_npy(tmp_path: Path, name: str) -> None:
+    pytest.importorskip("SurfaceTopography", reason="needs the extra surfaces")
+    CASES[name][0](tmp_path / name, None)
+    found = import_surface(tmp_path / name, read_options({"unit": "um", "pixel": "3 um, 8 um"}))
+    np.testing.assert_allclose(found.heights, 1e-6 * (GRID - GRID.mean()), atol=1e-15)
+
+
+@pytest.mark.parametrize("attribute", [{"units": "nm"}, {"scale_factor": 0.25}, {"_FillValue": 1.0}])
+def test_attributes_that_change_the_numbers_of_hdf5_are_refused(tmp_path: Path, attribute: dict[str, Any]) -> None:
+    pytest.importorskip("SurfaceTopography", reason="needs the extra surfaces")
+    import h5py
+
+    with h5py.File(tmp_path / "scan.h5", "w") as file:
+        file.create_dataset("z", data=GRID).attrs.update(attribute)
+    with pytest.raises(InvalidRequest, match=next(iter(attribute))):
+        import_surface(tmp_path / "scan.h5", read_options({"unit": "um", "pixel": "3 um"}))
+
+
+def test_netcdf_of_other_programs_with_units_is_refused(tmp_path: Path) -> None:
+    pytest.importorskip("SurfaceTopography", reason="needs the extra surfaces")
+    from scipy.io import netcdf_file
+
+    with netcdf_file(tmp_path / "dem.nc", "w") as file:
+        file.createDimension("x", 17)
+        file.createDimension("y", 12)
+        heights = file.createVariable("heights", "f8", ("y", "x"))
+        heights[:] = GRID
+        heights.units = "metre"
+    with pytest.raises(InvalidRequest, match="metre"):
+        import_surface(tmp_path / "dem.nc", read_options({"unit": "um", "pixel": "3 um"}))
+
+
+def test_the_older_sdf_is_read_with_its_factor(tmp_path: Path) -> None:
+    pytest.importorskip("SurfaceTopography", reason="needs the extra surfaces")
+    _sdf(tmp_path / "new.sdf", None)
+    text = (tmp_path / "new.sdf").read_text()
+    (tmp_path / "old.sdf").write_text(text.replace("aISO-1.0", "aBCR-1.0"))
+    new, old = (import_surface(tmp_path / name, ImportOptions()) for name in ("new.sdf", "old.sdf"))
+    assert np.array_equal(new.heights, old.heights) and new.spacing == old.spacing
 
 
 def test_units_of_the_file_are_kept_and_not_replaced(tmp_path: Path) -> None:

@@ -55,14 +55,16 @@ class UsualFile:
 def usual_files() -> list[UsualFile]:
     """Return every file, in groups: profiles and grids as text, pictures, arrays, and files that are refused."""
     from tests.synth.surfaces.readers.refused_files import REFUSED
+    from tests.synth.surfaces.readers.refused_headers import REFUSED_HEADERS
     from tests.synth.surfaces.readers.usual_arrays import ARRAYS
     from tests.synth.surfaces.readers.usual_grids import GRIDS
+    from tests.synth.surfaces.readers.usual_headers import HEADERS
     from tests.synth.surfaces.readers.usual_numbers import NUMBERS
     from tests.synth.surfaces.readers.usual_pictures import PICTURES
     from tests.synth.surfaces.readers.usual_profiles import PROFILES
     from tests.synth.surfaces.readers.usual_spreadsheets import SPREADSHEETS
 
-    return [*SPREADSHEETS, *PROFILES, *NUMBERS, *GRIDS, *PICTURES, *ARRAYS, *REFUSED]
+    return [*SPREADSHEETS, *PROFILES, *NUMBERS, *GRIDS, *HEADERS, *PICTURES, *ARRAYS, *REFUSED, *REFUSED_HEADERS]
 
 
 def main(folder: Path) -> None:

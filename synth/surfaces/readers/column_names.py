@@ -1,0 +1,166 @@
+"""The names of columns: what each column is, and the unit that its name states.
+
+Stage   SURFACES, from files.
+Model   A unit in brackets decides: "X [mm]". Without brackets the unit is the last word of the name, or of its part
+        before a comma: "Length/mm", "Position mm", "z_um". A unit behind a number is a value, and not the unit of the
+        column: "Z (um), cutoff 0.8 mm".
+Source  This project's choice of words.
+Limits  What stands in square brackets and is no unit of length refuses the column, as do other units, a factor, an
+        inversion, two different units, and angles in place of lengths. A alone is ampere.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from synth.surfaces.readers.header_factors import in_name
+from synth.surfaces.readers.surface_file import UNITS, unit_named
+
+NOT_LENGTHS = re.compile(
+    r"(?i:[mµuk]?v|[mµu]?s|sec|seconds?|min|[mµunk]?n|n[ .·*]?m|deg|degrees?|grad|°|rad|%|counts?|k?hz|[kmg]?pa|°?c|°?k"
+    r"|a\.?u\.?|arb|gr[ae]y|dbv?|g|mm/s|m/s|[um]m/s|[mµunp]?a|volts?|millivolts?|amperes?|amps?|newtons?|bar|psi|mol|lsb"
+    r"|adc|adu|dn|digits?|bits?|ohms?|watts?|w|j|celsius|fahrenheit|kelvin|hours?|hertz|pascal)|[MGT]m|[nmµup]M"
+)
+PIXELS = re.compile(r"(?i:px|pix|pixels?|points?|pts?|samples?|index)")
+INDEX = re.compile(
+    r"(?i:no|nr|num|number|index|idx|id|i|n|#|№|points?|pts?|point ?(?:no|nr|number|index)|counter|count|samples?|"
+    r"rows?|row ?number|lines?|data ?points?|t|time|zeit|temps|timestamp|время|時間|时间)\.?"
+)
+"""Columns that count the points, in numbers or in seconds."""
+ROW = re.compile(r"(?i:(?:rows?|lines?|zeile|ligne|i|iy|y)(?:[ _-]?(?:no|nr|num(?:ber)?|index|idx|px|pix|pixel)\.?)?)")
+COLUMN = re.compile(
+    r"(?i:(?:cols?|columns?|spalte|colonne|j|ix|x)(?:[ _-]?(?:no|nr|num(?:ber)?|index|idx|px|pix|pixel)\.?)?)"
+)
+"""Columns that number the places of a grid; x and y alone are lengths."""
+ANGLE = re.compile(
+    r"(?i:theta|phi|alpha|angles?|winkel|azimuth|rotation|longitude|lon|lng|latitude|lat|bearing|"
+    r"heading|grad)(?:[ _-].*)?"
+)
+ALONG = re.compile(
+    r"(?i:x ?[0-9]*|x[ _-].*|x-?(?:axis|coord|pos|value|data).*|lateral.*|pos(?:ition)?\b.*|dist(?:ance)?\b.*|"
+    r"len(?:gth)?\b.*|weg\b.*|strecke.*|länge.*|laenge.*|longueur.*|abscissa.*|travel.*|traverse.*|horizontal.*|scan.*|расстояние.*|"
+    r"длина.*|距離.*|长度.*|位置.*|délka.*|distanza.*|distancia.*)"
+)
+ACROSS = re.compile(r"(?i:y ?[0-9]*|y[ _-].*|y-?(?:axis|coord|pos|value).*)")
+HEIGHT = re.compile(
+    r"(?i:z ?[0-9]*|z[ _-].*|z-?(?:axis|coord|pos|value|data|height).*|.*height.*|altitude.*|elevation.*|.*profile.*|"
+    r"h|depth.*|.*höhe.*|.*hoehe.*|tiefe.*|hauteur.*|profil.*|altura.*|topo.*|raw.*|primary.*|roughness.*|amplitude.*|"
+    r"высота.*|профиль.*|高さ.*|高度.*|výška.*|altezza.*)"
+)
+OPTICAL = re.compile(r"(?i:intensity.*|red|green|blue|r|g|b|colou?r.*|quality.*|valid.*|flag.*|confidence.*)")
+BRACKET = re.compile(r"[\[({<]\s*(?:in\s+)?([^\[\](){}<>]*?)\s*[\])}>]")
+IS_VALUED = re.compile(r"[\s:=;,|\"']*(?:is\s+)?[+-]?[0-9]")  # "Height [mm]: 5" is a size
+UNIT_WITH_WORDS = re.compile(r"(\w{2,})(?:,|;|\s)\s*[^\W\d_][^\d*×/^]+")  # um, filtered
+COMMENT_IN_BRACKETS = re.compile(r"[xyzXYZ]|[^\W\d_]{3,}(?:[ _-][\w ]*)?|[0-9]{0,3}|.*[^\W\d_]{4}.*")
+VALUE = re.compile(r"[+-]?[0-9][0-9.,]*\s*[^\W\d_]+")  # a number with a unit
+_WORDS = re.compile(r"[\s_:;=|]+")
+SURE = 2  # letters of a unit that is no other word
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A column of the numbers.
+
+    name: as the header has it, or "".
+    unit: a key of UNITS, "pixel", or None if the header states none.
+    of_else: the whole cell, if it states what is no unit of length; else "".
+    """
+
+    name: str = ""
+    unit: str | None = None
+    of_else: str = ""
+
+    @property
+    def role(self) -> str:
+        """One of "index", "x", "y", "height", "other" and "", told from the name."""
+        roles = (("index", INDEX), ("x", ALONG), ("y", ACROSS), ("height", HEIGHT), ("other", OPTICAL))
+        return next((role for role, names in roles if names.fullmatch(self.name.strip())), "")
+
+
+def column_of(cell: str) -> Column:
+    """Return the column that a cell of the header names."""
+    name, unit, understood = _in_brackets(cell) if BRACKET.search(cell) else _by_words(cell)
+    is_angle = ANGLE.fullmatch(name.strip()) and unit not in UNITS
+    wrong = not understood or is_angle or in_name(cell)
+    return Column(name, None if wrong else unit, cell if wrong else "")
+
+
+def units_beside_names(lines: list[str]) -> list[tuple[str, str]]:
+    """Return the role and the unit of each name with a unit in brackets, unless a value stands behind it."""
+    found = []
+    for line in lines:
+        for match in BRACKET.finditer(line):
+            name = re.split(r"[:;,=\t|\])]|\s{2,}", line[: match.start()].strip(" _,;/\"'"))[-1].strip(" #%\"'")
+            role, unit = Column(name).role, _unit(match[1])
+            if role in ("x", "y", "height") and unit in UNITS and not IS_VALUED.match(line[match.end() :]):
+                found.append((role, str(unit)))
+    return found
+
+
+def _in_brackets(cell: str) -> tuple[str, str | None, bool]:
+    """Return the name, the unit, and whether every bracket was understood."""
+    found = [(match[0][0], match[1]) for match in BRACKET.finditer(cell)]
+    name = cell[: cell.index(found[0][0])].strip(" _:,;/")
+    if not name and not any(_unit(text) for _, text in found):
+        return found[0][1], None, True  # a name in brackets
+    units = {unit for _, text in found if (unit := _unit(text))}
+    if len({UNITS.get(unit) for unit in units}) > 1:
+        return name, None, False
+    if not units and all(_is_comment(sign, text, False) for sign, text in found):
+        return _by_words(BRACKET.sub(" ", cell).strip())
+    of_else = [text for sign, text in found if not _unit(text) and not _is_comment(sign, text, bool(units))]
+    return name, next(iter(units), None), not of_else
+
+
+def _unit(text: str) -> str | None:
+    """Return the unit of length that `text` is, or "pixel"; A is none."""
+    if PIXELS.fullmatch(text):
+        return "pixel"
+    if with_words := UNIT_WITH_WORDS.fullmatch(text):
+        text = with_words[1]
+    return unit_named(text) if text != "A" else None
+
+
+def _is_comment(sign: str, text: str, beside_unit: bool) -> bool:
+    """Return whether the text in brackets is certainly no unit of the column."""
+    if NOT_LENGTHS.fullmatch(text) or text == "A":
+        return False
+    if beside_unit:
+        return not re.match(r"[x×*/]?\s*[0-9]+(?:\s*[x×*:].*)?$|[x×*]", text)
+    return (sign != "[" or text.isdigit()) and bool(COMMENT_IN_BRACKETS.fullmatch(text)) and not VALUE.match(text)
+
+
+def _by_words(cell: str) -> tuple[str, str | None, bool]:
+    """Return the name, the unit, and whether it was understood, of a cell without brackets."""
+    parts = [part.strip() for part in re.split(r"[,;]", cell)]
+    for place, part in enumerate(parts):
+        name, unit, understood = _last_word(part)
+        if not understood or (unit and (name or place)):
+            return name or parts[0], unit, understood
+    words = _WORDS.split(re.sub(VALUE, " ", cell))
+    lost = [word for word in words[1:] if len(word) >= SURE and word.lower() != "in" and unit_named(word)]
+    return cell, None, not lost
+
+
+def _last_word(part: str) -> tuple[str, str | None, bool]:
+    """Return a name without its unit, the unit, and whether it was understood."""
+    match = re.fullmatch(r"(.*?)(\s*/\s*|\s+in\s+|[\s_:=|-]+|^)([^\s_:=|/-]+)", part)
+    if not match:
+        return part, None, True
+    name, sign, word = match.groups()
+    if re.search(r"(?:^|[\s_])[+-]?[0-9][0-9.,]*$", name):
+        return part, None, "/" not in sign  # a value; 1/mm is no length
+    unit = _unit(word) if word.lower() != "pixel" else None
+    is_alone = not name or unit == "pixel"
+    before = re.split(r"[\s_/]+", name)[-1]
+    if unit and sign.strip() == "/" and unit_named(before) and len(before) >= SURE:
+        return part, None, False  # um/mm
+    if unit and not (is_alone and sign.strip() != "/"):
+        return name, unit, True
+    if unit and is_alone:
+        return ("", unit, True) if not name and unit != "pixel" else (part, None, True)
+    is_unit = NOT_LENGTHS.fullmatch(word) or word == "A"
+    is_stroke = sign.strip() == "/" and name
+    sure = is_stroke or (name and re.fullmatch(r"(?i)deg|degrees?|volts?|rad|°|%|[mµu]m/s", word))
+    return name if is_unit and sure else part, None, not (is_unit and sure)

@@ -1,0 +1,122 @@
+"""Checks of a table of numbers against its header: corners of grids, numbers of rows, units that contradict.
+
+Stage   SURFACES, from files.
+Model   The corner of a grid names what is below it and what is beside it: "y [mm] \\ x [mm]" has y down and x across;
+        with "x \\ y" the grid is turned. A unit in the corner is that of what it names. If two
+        columns of a list of points number the rows and columns of a grid, the distance has to be given.
+Limits  What contradicts is refused: the numbers of rows and columns, and the units of a column.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from synth.surfaces.readers.column_names import COLUMN, ROW, Column, column_of
+from synth.surfaces.readers.surface_file import UNITS, refuse_file, unit_named
+from synth.surfaces.readers.text_header import Header
+
+UPWARDS = "upwards"
+"""Key of a header that states the lower left corner (Esri): its first line has the greatest y."""
+SHORT_LINE = 4  # numbers; so few could be a small grid
+LINES_OF_A_PROFILE = 3  # at most: x, y and height, each in one line
+
+
+def with_corner(header: Header) -> tuple[Header, bool]:
+    """Return a header with the units that the corner of its grid states, and whether x goes down and y across."""
+    corner = header.corner.strip(" #%;'")
+    parts = [part for part in re.split(r"\s*[\\\\|]\s*|(?<![\])])/(?![^\[(]*[\])])|(?<=[\])])\s*/\s*", corner) if part]
+    if len(parts) > 1 and column_of(corner).unit and "[" not in corner and "(" not in corner:
+        parts = [corner]  # Height/um
+    named = [Column(unit=unit_named(part)) if unit_named(part) else column_of(part) for part in parts]
+    if wrong := next((one.of_else for one in named if one.of_else), None):
+        refuse_file(
+            f"the corner {wrong[:60]!r} of a grid", "y [mm] \\ x [mm], or an empty corner", "Correct the corner."
+        )
+    units = {one.unit for one in named if one.unit}
+    roles = [one.role for one in named]
+    if not units:
+        return header, roles[:2] == ["x", "y"]
+    if len({UNITS.get(unit) for unit in units}) > 1:
+        refuse_file(f"the corner {corner[:60]!r} with two units", "one unit for x and y", "Write both in one unit.")
+    unit = units.pop()
+    if unit == "pixel" or not any(roles):
+        allowed = "a corner that says whether the unit is that of x and y or of the heights"
+        refuse_file(f"the corner {corner[:60]!r}", allowed, "Write y [mm] \\ x [mm], or z [um].")
+    key = "unit" if "height" in roles else "unit x"
+    other = header.unit(key)
+    if other is not None and UNITS[other] != UNITS[unit]:
+        refuse_file(f"a corner in {unit} below a header with {other}", "one unit", "Remove the one that is wrong.")
+    return replace(header, values=header.values | {key: ("", unit)}), roles[:2] == ["x", "y"]
+
+
+def numbered_places(columns: tuple[Column, ...]) -> tuple[str, ...]:
+    """Return the roles of columns of which two number the rows and columns of a grid; else an empty tuple."""
+    roles = [_place(one) for one in columns]
+    heights = [place for place, one in enumerate(columns) if one.role == "height" and not roles[place]]
+    if len(columns) == LINES_OF_A_PROFILE and not heights:
+        heights = [place for place, role in enumerate(roles) if not role]
+    if sorted(filter(None, roles)) != ["x", "y"] or not heights:
+        return ()
+    return tuple("height" if place == heights[0] else role for place, role in enumerate(roles))
+
+
+def _place(column: Column) -> str:
+    """Return "x" for a column that numbers columns, "y" for rows, "" for any other. x and y alone are lengths."""
+    name = column.name.strip().lower()
+    if column.unit in UNITS or name in ("x", "y"):
+        return ""
+    return "y" if ROW.fullmatch(name) else "x" if COLUMN.fullmatch(name) else ""
+
+
+def check_counts(values: np.ndarray[Any, Any], columns: tuple[Column, ...]) -> None:
+    """Refuse heights along a line beside a column of counts or times that repeat: they are no line."""
+    for place, one in enumerate(columns):
+        if one.role == "index" and len(np.unique(values[:, place])) < len(values):
+            refuse_file(
+                f"a column {one.name[:40]!r} whose numbers repeat",
+                "a count or a time for each point of a line",
+                "If it numbers the rows of a grid, name the columns row, column and z.",
+            )
+
+
+def check_lines(values: np.ndarray[Any, Any]) -> None:
+    """Refuse two or three long lines of which the first increases: x and heights that NumPy wrote as lines."""
+    rows, count = values.shape
+    if 2 <= rows <= LINES_OF_A_PROFILE and count > SHORT_LINE and np.all(np.diff(values[0]) > 0.0):
+        refuse_file(
+            f"{rows} lines of {count} numbers, of which the first increases",
+            "one line for each point, or a grid of more rows",
+            "If these are x and heights, transpose them: np.column_stack([x, z]).",
+        )
+
+
+def check_table(header: Header, shape: tuple[int, ...]) -> None:
+    """Refuse a grid of other numbers of rows and columns, and units of columns, than the header states."""
+    rows, columns = shape
+    stated = header.number("rows"), header.number("columns")
+    if columns > LINES_OF_A_PROFILE and not header.axis and None not in stated and stated != (rows, columns):
+        refuse_file(
+            f"{rows} rows of {columns} numbers, where the header states {stated[0]:g} rows and {stated[1]:g} columns",
+            "a header and numbers that agree",
+            "Turn the grid or correct the header.",
+        )
+    units = [(one.role, one.unit) for one in header.columns if one.unit in UNITS]
+    for role, key in (("height", "unit"), ("x", "unit x")):
+        of_header = header.unit(key)
+        of_columns = [unit for named, unit in units if named == role]
+        if of_header and of_columns and UNITS[of_header] not in {UNITS[unit or ""] for unit in of_columns}:
+            _refuse_units(of_header, of_columns[0])
+    of_all = header.unit("unit of all")
+    others = [unit for role, unit in units if role == "height" and of_all and UNITS[unit or ""] != UNITS[of_all]]
+    if of_all and others:
+        _refuse_units(of_all, others[0])
+
+
+def _refuse_units(of_header: str, of_column: str | None) -> None:
+    refuse_file(
+        f"a header with the unit {of_header}, and a column in {of_column}", "one unit", "Remove the one that is wrong."
+    )
