@@ -134,6 +134,9 @@ class Sound(ScaledFrames):
         from synth.encode.sound_saving import save_frames
         from synth.scene.scene import scene_document
 
+        if not isinstance(path, str | os.PathLike):
+            hint = 'Write a path, such as "out.wav". For bytes in memory, save a file and read it.'
+            raise InvalidRequest([Fault("/path", shown(path), "the path of a file", hint)])
         metadata = None
         if self.asked is not None:
             scene = scene_document(self.scene)

@@ -17,6 +17,7 @@ from typing import Any
 from pydantic import ValidationError, ValidationInfo
 from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, core_schema
 
+from synth.scene.array_values import texts_as_lists
 from synth.scene.quantity import (
     LONGEST_TEXT,
     SMALLEST_NORMAL,
@@ -30,6 +31,9 @@ from synth.scene.quantity import (
 MOST_FAULTS = 100
 """Largest number of faults in one answer. The check of a list or an object stops at the next fault, so that a large
 invalid document costs little time."""
+
+GAP = "It must be finite. Fill the gap in the numbers first, as with np.interp."
+"""What to do about a number in a list that is NaN or masked."""
 
 LONGEST_KEY = 64
 """Number of characters of an unknown field's name that are compared with the known names. Comparing costs time."""
@@ -90,6 +94,10 @@ class Rule(ABC):
     allowed: str
     unit = ""
     takes_lists = False
+
+    def arranged(self, value: object) -> object:
+        """Return an array as the rule reads it: a table with named columns may be in another order."""
+        return value
 
     @abstractmethod
     def read(self, value: object) -> object:
@@ -194,6 +202,8 @@ class QuantityList(Rule):
             try:
                 values.append(self.item.read(number))
             except PydanticCustomError as error:
+                if isinstance(number, float) and math.isnan(number):
+                    error = refused(self.item.allowed, GAP)
                 refusals.append(InitErrorDetails(type=error, loc=(index,), input=number))
             if len(refusals) > MOST_FAULTS:
                 break
@@ -228,6 +238,7 @@ class Choice(Rule):
 
     def read(self, value: object) -> str:
         """Return the name."""
+        value = texts_as_lists(value)
         every = (*self.names, *self.others)
         if isinstance(value, str) and value in every:
             return value

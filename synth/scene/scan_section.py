@@ -10,7 +10,8 @@ Model of the line: over an area, the surface moves along a line at the angle `he
 the finger is at `y`, and its length is turned by `direction`. Instead, a recording may give the place and the direction
 of the finger at each point.
 Limits: a stroke must have room for its turns. Recorded points must be at least 1 us apart, and the speed between them
-must be 10 m/s at most. `point_spacing` then merges or moves apart points that are too close in time.
+must be 10 m/s at most. Times of a clock that began more than a day before count from the first point.
+`point_spacing` then merges or moves apart points that are too close in time.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationInfo
 from pydantic_core import PydanticCustomError
 
+from synth.scene.point_columns import in_order
 from synth.scene.quantity import Dimension, show_quantity
 from synth.scene.rules import (
     MOST_FAULTS,
@@ -84,10 +86,13 @@ TURN_TIME = Quantity(Dimension.TIME, 1e-3, 10.0)
 LIFT_LOAD = Quantity(Dimension.LOAD, 1e-6, 1.0)
 TIME, PLACE = Quantity(Dimension.TIME, 0.0, 86400.0), Quantity(Dimension.LENGTH, -1e4, 1e4)
 ANGLE = Quantity(Dimension.ANGLE, -1000.0, 1000.0)
-POINT_RULES = TIME, PLACE, LOAD
-AREA_POINT_RULES = TIME, PLACE, PLACE, ANGLE, LOAD
+CLOCK = Quantity(Dimension.TIME, 0.0, 1e10)  # 300 years: a clock that counts from 1970 too, but no count of ms
+POINT_RULES = CLOCK, PLACE, LOAD
+AREA_POINT_RULES = CLOCK, PLACE, PLACE, ANGLE, LOAD
 LINE_PLACE = Quantity(Dimension.LENGTH, -10.0, 10.0)
+LONGEST_RECORDING = f"at most {TIME.show(TIME.high)} after the first point"
 POINTS = "[t, position, load], or [t, x, y, direction, load]"
+UNITS = "Check the units: times are in s and positions in m."
 LINE = ("y", "heading", "direction")
 """The fields of a scan along a line over an area."""
 
@@ -97,9 +102,13 @@ class Trajectory(Rule):
 
     takes_lists = True
 
+    def arranged(self, value: object) -> object:
+        """Return the points of a table with named columns in the order of a point. Raises ArrayError."""
+        return in_order(value)
+
     allowed = (
-        f"{FEWEST_POINTS} to {MOST_POINTS} points {POINTS}: t {TIME.allowed}, position, x and y {PLACE.allowed}, "
-        f"direction {ANGLE.allowed}, load {LOAD.allowed}"
+        f"{FEWEST_POINTS} to {MOST_POINTS} points {POINTS}: t {CLOCK.allowed} and {LONGEST_RECORDING}, position, x and y "
+        f"{PLACE.allowed}, direction {ANGLE.allowed}, load {LOAD.allowed}"
     )
 
     def read(self, value: object, load: Quantity = LOAD) -> tuple[Point, ...]:
@@ -112,13 +121,20 @@ class Trajectory(Rule):
         for index, point in enumerate(value):
             read = _read_point(point, index, rules, refusals)
             if read is not None:
+                first = points[0][0] if points else read[0]
+                if read[0] - first > TIME.high:
+                    refusals.append(refusal([index, 0], point[0], LONGEST_RECORDING, UNITS))
+                    break
                 if points:
                     refusals += _steps(points[-1], read, index)
                 points.append(read)
+            elif index == 0 and refusals and _is_beyond_clocks(point):
+                break
             if len(refusals) > MOST_FAULTS:
                 break
         refuse("trajectory", refusals)
-        return tuple(points)
+        first = points[0][0]
+        return tuple((since(first, point[0]), *point[1:]) for point in points) if first > TIME.high else tuple(points)
 
     def schema(self) -> dict[str, Any]:
         """Return the schema of the list of points."""
@@ -155,7 +171,10 @@ def _read_point(point: object, index: int, rules: tuple[Quantity, ...], refusals
         try:
             numbers.append(rule.read(value))
         except PydanticCustomError as error:
-            refusals.append(refusal([index, place], value, **words_of(error)))
+            words = words_of(error)
+            if rule is CLOCK and isinstance(value, int | float) and value > CLOCK.high:
+                words["hint"] = "Times are in s: divide a clock in ms by 1000, or subtract the first time."
+            refusals.append(refusal([index, place], value, **words))
     return tuple(numbers) if len(numbers) == len(rules) else None
 
 
@@ -174,7 +193,25 @@ def _steps(before: Point, after: Point, index: int) -> Iterator[Refusal]:
     elif moved > FASTEST * duration * (1.0 + 1e-9):
         reach = _rounded(FASTEST * duration, Dimension.LENGTH, ROUND_FLOOR)
         allowed = f"within {reach} of the previous point ({show_quantity(FASTEST, Dimension.SPEED)} at most)"
-        yield refusal([index, 1], after[1], allowed, "Check the units: times are in s and positions in m.")
+        yield refusal([index, 1], after[1], allowed, UNITS)
+
+
+def since(first: float, time: float) -> float:
+    """Return how much later than `first` a `time` is, s.
+
+    A float64 holds a time since 1970 to 0.24 us. A clock that counts microseconds is therefore exact in the difference.
+    """
+    passed = time - first
+    if first <= TIME.high:
+        return passed
+    counted = round(passed, 6)
+    return counted if abs(counted - passed) <= math.ulp(time) else passed
+
+
+def _is_beyond_clocks(point: object) -> bool:
+    """Return whether the time of a point is later than any clock in seconds says: one fault tells enough."""
+    time = point[0] if isinstance(point, list | tuple) and point else None
+    return isinstance(time, int | float) and time > CLOCK.high
 
 
 class Stroke(Section):
