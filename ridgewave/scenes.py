@@ -42,7 +42,8 @@ def parse_scene(scene: SceneSource, **fields: Any) -> Scene:
     """Return `scene` with the sections of the partial scene `fields` merged into it, checked and frozen.
 
     scene: a Scene, a mapping as in docs/scene.md, the path of a JSON file or of a sound file of ridgewave, or a
-        texture's name, also of an imported one; or a Sound, for its scene. Lists of numbers may be arrays; the scene holds copies.
+        texture's name, also of an imported one; or a Sound, for its scene. Lists of numbers may be arrays; the scene
+        holds copies.
     Raises SceneError, which lists every fault; OSError if a file cannot be read.
 
     Example: rw.parse_scene("denim-72x56", scan={"load": "0.5 N"}).scan.load

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from synth.encode.scaled_frames import UNSCALED, ScaledFrames
+from synth.encode.scaled_frames import UNSCALED, Real, ScaledFrames
 from synth.errors import CannotRender, Fault, InvalidRequest, shown
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 PLOTTED_SECONDS = 0.05  # s shown in a plot: several periods of a usual texture
 HEADROOM = 0.8  # of full scale: the largest peak of a series, as of an automatic full scale
+SERIES = "a list of one Sound or more, all of the same quantities"
 NO_SCALE = "Multiply its frames by the scale that you know."
 BLOCK = 1 << 18  # frames rendered at a time
 NO_PLOTS = "cannot plot: matplotlib is not installed. Run: pip install 'ridgewave[plots]'."
@@ -80,13 +81,13 @@ class Sound(ScaledFrames):
         scale = self.full_scale, self.quantities
         return Sound, (self.frames, self.sample_rate, *scale, self.asked, self.warnings, self.plan, self.recording)
 
-    def with_full_scale(self, full_scale: float | str | Sequence[float | str]) -> Sound:
+    def with_full_scale(self, full_scale: float | str | Sequence[float | str] | Real) -> Sound:
         """Return the same values with another full scale, such as one for a series (`common_full_scale`).
 
         full_scale: value of a sample of 1.0, in SI or as text with its unit ("10 m/s^2"), for all channels or one per
             channel. The range is that of `output.full_scale`.
-        The scene of the returned sound has the full scale, and its recording too; a saved file is rendered at it again.
-        The plan is that of the render.
+        The scene of the returned sound has the full scale, and its recording too: a saved file is rendered at it again.
+        Where a limiter acted on a live session, the file is then rendered without it. The plan is that of the render.
         Raises InvalidRequest for any other value, and for a sound without a scale.
 
         Example:
@@ -204,7 +205,8 @@ class Sound(ScaledFrames):
 def common_full_scale(sounds: Iterable[Sound]) -> tuple[float, ...]:
     """Return the full scale of a series, per channel: the largest peak of all sounds is at HEADROOM of it.
 
-    Raises InvalidRequest for anything but a list of sounds, for sounds of different quantities, and for a series that is silent.
+    Raises InvalidRequest for anything but a list of sounds, for sounds of different quantities, and for a series that
+    is silent.
 
     Example:
         import ridgewave as rw
@@ -216,12 +218,12 @@ def common_full_scale(sounds: Iterable[Sound]) -> tuple[float, ...]:
     series = [] if isinstance(sounds, Sound) or not isinstance(sounds, Iterable) else list(sounds)
     if not series or not all(isinstance(sound, Sound) for sound in series):
         hint = "Write a list such as [rw.render(...), rw.load(...)], also of one sound."
-        raise InvalidRequest([Fault("/sounds", shown(sounds), "a list of one Sound or more", hint)])
+        raise InvalidRequest([Fault("/sounds", shown(sounds), SERIES, hint)])
     kinds = {sound.quantities for sound in series}
     if len(kinds) != 1 or UNSCALED in next(iter(kinds)):
         value = f"{len(series)} sounds of {shown(sorted(kinds))}"
         hint = "Render them with the same output.quantity or output.channels."
-        raise InvalidRequest([Fault("/sounds", value, "one sound or more, all of the same quantities", hint)])
+        raise InvalidRequest([Fault("/sounds", value, SERIES, hint)])
     peaks = np.max([sound.peak for sound in series], axis=0)
     if not np.all(peaks > 0.0):
         hint = "Leave the silent channel out, or write a full scale."

@@ -27,10 +27,10 @@ def read_full_scales(given: Any, quantities: Sequence[str]) -> tuple[float, ...]
     given: a number in SI or text with a unit, for all channels; or a list or an array of them, one per channel.
     Raises InvalidRequest, which lists every fault.
     """
-    if is_array(given) and getattr(given, "shape", ()):
+    if is_array(given):
         import numpy as np
 
-        given = np.asarray(given).tolist()
+        given = np.asarray(given).tolist() if np.ndim(given) else given
     several = isinstance(given, list | tuple)
     if several and len(given) != len(quantities):
         allowed = f"a number in SI, or a list of {len(quantities)}, one per channel"
@@ -55,9 +55,7 @@ def with_full_scales(document: Mapping[str, Any], quantities: Sequence[str], sca
     own = [{"quantity": quantity, "full_scale": scale} for quantity, scale in both if quantity in FULL_SCALE_RANGES]
     output = document.get("output") or {}
     change = {"full_scale": own[0]["full_scale"]} if output.get("channels") is None else {"channels": own}
-    added = {
-        _adding(quantity): {"full_scale": scale} for quantity, scale in both if quantity not in FULL_SCALE_RANGES
-    }
+    added = {_adding(quantity): {"full_scale": scale} for quantity, scale in both if quantity not in FULL_SCALE_RANGES}
     return merge_patch(document, {"output": change, **({"effects": added} if added else {})})
 
 

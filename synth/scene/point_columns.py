@@ -27,7 +27,9 @@ WORDS = {
 PART = {word: part for part, words in WORDS.items() for word in words}
 ORDERS = ("t", "x", "load"), ("t", "x", "y", "direction", "load")
 UNITS = {"t": "s", "x": "m", "y": "m", "direction": "rad", "load": "N"}
-WRITTEN_UNIT = re.compile(r"\s*[\[(]\s*(.+?)\s*[\])]\s*$|[\s_.](s|ms|us|ns|m|cm|mm|um|nm|N|mN|kN|g|kg|gf|rad|mrad|deg|px)$")
+WRITTEN_UNIT = re.compile(
+    r"\s*[\[(]\s*(.+?)\s*[\])]\s*$|[\s_.](s|ms|us|ns|m|cm|mm|um|nm|N|mN|kN|g|kg|gf|rad|mrad|deg|px)$"
+)
 NUMBERED = re.compile(r"(column|col|f|dim)?[_ ]?[0-9]+", re.IGNORECASE)
 
 

@@ -62,6 +62,13 @@ def words_of(error: PydanticCustomError) -> dict[str, str]:
     return {"allowed": str(context["allowed"]), "hint": str(context["hint"])}
 
 
+def item_refusal(location: Iterable[str | int], value: object, error: PydanticCustomError) -> Refusal:
+    """Return the refusal of a number in a list, from the error of its rule. NaN is a gap, to be filled."""
+    words = words_of(error)
+    gap = isinstance(value, float) and math.isnan(value)
+    return refusal(location, value, words["allowed"], GAP if gap else words["hint"])
+
+
 def refusals_of(error: ValidationError, *above: str | int) -> list[Refusal]:
     """Return the refusals in `error`, with `above` put before each location."""
     return [
@@ -202,9 +209,7 @@ class QuantityList(Rule):
             try:
                 values.append(self.item.read(number))
             except PydanticCustomError as error:
-                if isinstance(number, float) and math.isnan(number):
-                    error = refused(self.item.allowed, GAP)
-                refusals.append(InitErrorDetails(type=error, loc=(index,), input=number))
+                refusals.append(item_refusal([index], number, error))
             if len(refusals) > MOST_FAULTS:
                 break
         refuse("list", refusals)

@@ -33,10 +33,10 @@ from synth.scene.rules import (
     Quantity,
     Refusal,
     Rule,
+    item_refusal,
     refusal,
     refuse,
     refused,
-    words_of,
 )
 from synth.scene.section import Section, without
 
@@ -92,6 +92,7 @@ AREA_POINT_RULES = CLOCK, PLACE, PLACE, ANGLE, LOAD
 LINE_PLACE = Quantity(Dimension.LENGTH, -10.0, 10.0)
 LONGEST_RECORDING = f"at most {TIME.show(TIME.high)} after the first point"
 POINTS = "[t, position, load], or [t, x, y, direction, load]"
+LATE = "Times are in s: divide a clock in ms by 1000, or subtract the first time."
 UNITS = "Check the units: times are in s and positions in m."
 LINE = ("y", "heading", "direction")
 """The fields of a scan along a line over an area."""
@@ -107,8 +108,8 @@ class Trajectory(Rule):
         return in_order(value)
 
     allowed = (
-        f"{FEWEST_POINTS} to {MOST_POINTS} points {POINTS}: t {CLOCK.allowed} and {LONGEST_RECORDING}, position, x and y "
-        f"{PLACE.allowed}, direction {ANGLE.allowed}, load {LOAD.allowed}"
+        f"{FEWEST_POINTS} to {MOST_POINTS} points {POINTS}: t {CLOCK.allowed} and {LONGEST_RECORDING}, "
+        f"position, x and y {PLACE.allowed}, direction {ANGLE.allowed}, load {LOAD.allowed}"
     )
 
     def read(self, value: object, load: Quantity = LOAD) -> tuple[Point, ...]:
@@ -171,10 +172,9 @@ def _read_point(point: object, index: int, rules: tuple[Quantity, ...], refusals
         try:
             numbers.append(rule.read(value))
         except PydanticCustomError as error:
-            words = words_of(error)
-            if rule is CLOCK and isinstance(value, int | float) and value > CLOCK.high:
-                words["hint"] = "Times are in s: divide a clock in ms by 1000, or subtract the first time."
-            refusals.append(refusal([index, place], value, **words))
+            late = rule is CLOCK and isinstance(value, int | float) and CLOCK.high < value < math.inf
+            told = refused(rule.allowed, LATE) if late else error
+            refusals.append(item_refusal([index, place], value, told))
     return tuple(numbers) if len(numbers) == len(rules) else None
 
 

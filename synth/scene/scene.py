@@ -158,7 +158,7 @@ def _refuse_text(source: str) -> None:
     if not source.strip():
         raise SceneError([Fault("/scene", shown(source), allowed, "Write {} for the default scene.")])
     if source.lstrip().startswith(("{", "[")) and not os.path.exists(source):
-        hint = "This is JSON text: use rw.Scene.from_json(text), or json.loads(text)."
+        hint = "This is JSON text: save it as a file, or in Python use rw.Scene.from_json(text) or json.loads(text)."
         raise SceneError([Fault("/scene", shown(source), allowed, hint)])
 
 

@@ -150,7 +150,9 @@ class HeightList(QuantityList):
 
     def length_hint(self, count: int) -> str:
         """Return a hint about the number of heights, and about files where the list is too long."""
-        more = f" On the command line and in Python texture.file takes up to {MOST_HEIGHTS}." if count > self.most else ""
+        more = (
+            f" On the command line and in Python texture.file takes up to {MOST_HEIGHTS}." if count > self.most else ""
+        )
         return f"{super().length_hint(count)}{more}"
 
 
@@ -162,7 +164,8 @@ class MeasuredFields(Section):
         HeightList(Quantity(Dimension.LENGTH, -LARGEST_HEIGHT, LARGEST_HEIGHT), 2, MOST_INLINE),
     ] = Field(default=None, description="profile: heights at equal distances.")
     file: Annotated[str | None, HeightFile()] = Field(
-        default=None, description="profile: instead of heights, a file that holds them. Only the command line and Python read it."
+        default=None,
+        description="profile: instead of heights, a file that holds them. Only the command line and Python read it.",
     )
 
 
