@@ -1,6 +1,6 @@
 """Put the named columns of a table of recorded points into the order of a point.
 
-Stage: before 1 (SCENE): pandas and polars tables, structured NumPy arrays, and xarray arrays with named columns.
+Stage: before 1 (SCENE): pandas and polars tables, structured NumPy arrays, and xarray.
 Model: each name must be a known word for one part of a point, and the parts must make a whole point. The columns are
     then put in order by their names. Any other table with names is refused, because a load that is read as a position
     sounds plausible. A unit in a name, as in "load (N)" or "time_s", must be the SI unit.
@@ -48,11 +48,12 @@ def in_order(value: Any) -> Any:
     places = [parts.index(part) for part in wanted]
     for part, place in zip(wanted, places, strict=True):
         _check_unit(names[place], part)
-    if _is_xarray(value):
+    if _is_labelled(value):
         return real_array(value, "")[:, places]
     import numpy as np
 
-    return np.column_stack([_column(value, names[place]) for place in places])
+    named = zip(wanted, places, strict=True)
+    return np.column_stack([_column(value, names[place], UNITS[part]) for part, place in named])
 
 
 def _names(value: Any) -> list[str]:
@@ -60,7 +61,9 @@ def _names(value: Any) -> list[str]:
     if not is_array(value):
         return []
     found: Any = getattr(value, "column_names", None)
-    if found is None and _is_xarray(value):
+    if found is None and hasattr(value, "data_vars"):
+        found = [*value.coords, *value.data_vars]
+    if found is None and _is_labelled(value):
         last = value.dims[-1] if value.ndim == 2 else None
         found = value.coords[last].values.tolist() if last in value.coords else None
     if found is None:
@@ -72,8 +75,9 @@ def _names(value: Any) -> list[str]:
     return [] if numbered and getattr(getattr(value, "dtype", None), "names", None) is None else [str(n) for n in names]
 
 
-def _is_xarray(value: Any) -> bool:
-    return hasattr(value, "dims") and hasattr(value, "coords")
+def _is_labelled(value: Any) -> bool:
+    """Return whether `value` is an xarray.DataArray, whose columns are one array."""
+    return hasattr(value, "coords") and hasattr(value, "ndim")
 
 
 def _part(name: str) -> str | None:
@@ -92,13 +96,13 @@ def _check_unit(name: str, part: str) -> None:
         raise ArrayError(f"a table with the column {name!r}", f"Convert it to {UNITS[part]}, and name it {part!r}.")
 
 
-def _column(value: Any, name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+def _column(value: Any, name: str, unit: str) -> np.ndarray[Any, np.dtype[np.float64]]:
     import numpy as np
 
-    column = np.asarray(value[name])
-    if column.dtype.kind in "mM":
+    column = value[name]
+    if np.asarray(column).dtype.kind in "mM":
         raise ArrayError(f"a table whose column {name!r} holds dates", "Write seconds since the first date.")
-    return real_array(column, "")
+    return real_array(column, unit)
 
 
 def _hint(value: Any) -> str:

@@ -39,8 +39,9 @@ def table(**columns: Any) -> pandas.DataFrame:
         np.array([*zip(LOAD, X, T, strict=True)], RECORDS),
         xarray.DataArray(RIGHT[:, ::-1], dims=("n", "part"), coords={"part": ["load", "x", "t"]}),
         xarray.DataArray(RIGHT, dims=("n", "part"), coords={"part": [0, 1, 2]}),
+        xarray.Dataset({"load": ("time", LOAD, {"units": "N"}), "x": ("time", X)}, coords={"time": T}),
     ],
-    ids=range(8),
+    ids=range(9),
 )
 def test_columns_are_put_in_order_by_their_names(points: Any) -> None:
     scene = read(points)
@@ -66,6 +67,8 @@ def test_columns_over_an_area() -> None:
         (pandas.DataFrame({"t": T, "x (mm)": X, "load": LOAD}), "Convert it to m"),
         (pandas.DataFrame({"t_ms": T, "x": X, "load": LOAD}), "Convert it to s"),
         (table(t=pandas.to_datetime(T, unit="s"), x=X, load=LOAD), "holds dates"),
+        (xarray.Dataset({"load": ("t", LOAD), "x": ("t", X, {"units": "mm"})}, coords={"t": T}), "an array in mm"),
+        (xarray.Dataset({"load": ("n", LOAD), "x": ("n", X)}), "columns load, x"),
         (table(time=T, x=X, load=LOAD).to_records(), r"np\.c_\[r\.t, r\.x, r\.w\]"),
     ],
 )
