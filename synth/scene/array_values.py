@@ -4,7 +4,7 @@ Stage: before 1 (SCENE), which reads every list of numbers with `listed` and eve
 Model: a scene holds copies, so that an array that changes later does not change the scene. A masked number becomes NaN,
     which the field then refuses with its index. An array that states a unit must state the SI unit of its field,
     because NumPy would drop the unit in silence.
-Limits: real numbers only. NumPy is imported when the first array is read.
+Limits: real numbers, and text, which its field then reads. NumPy is imported when the first array is read.
 """
 
 from __future__ import annotations
