@@ -40,6 +40,7 @@ if _TYPE_CHECKING:
     from ridgewave.scenes import parse_scene as parse_scene
     from ridgewave.scenes import render as render
     from ridgewave.scenes import textures as textures
+    from service.store.store import StoredTexture as StoredTexture
     from synth.accuracy.report import AccuracyReport as AccuracyReport
     from synth.encode.sound import Sound as Sound
     from synth.encode.sound import common_full_scale as common_full_scale
@@ -81,6 +82,7 @@ _MODULES = {
     "SceneError": "synth.errors",
     "ServiceError": "clients.client_errors",
     "Sound": "synth.encode.sound",
+    "StoredTexture": "service.store.store",
     "StreamEnded": "clients.client_errors",
     "Voice": "synth.voice.voice",
     "common_full_scale": "synth.encode.sound",

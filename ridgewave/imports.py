@@ -29,8 +29,12 @@ def import_texture(
     from service.compute.import_process import read_here
     from service.store.own_textures import own_store
     from service.store.store import Quota, check_name, name_from_file
+    from synth.errors import Fault, InvalidRequest, shown
     from synth.surfaces.measurement.import_options import read_options
 
+    if not isinstance(path, str | os.PathLike):
+        hint = "Save the heights first, as with np.save, or write them in a scene as texture.heights or texture.rows."
+        raise InvalidRequest([Fault("/file", shown(path), "the path of a file of heights", hint)])
     file = Path(path)
     read_options(options)
     chosen = name_from_file(file.name) if name is None else name

@@ -6,17 +6,18 @@ the fields that it excludes. The result is then checked. A warning of a plan is 
 
 from __future__ import annotations
 
+import io
 import logging
 import os
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from service.store.own_textures import own_store, texture_named, with_imported
 from service.store.store import StoredTexture
-from synth.errors import RenderWarning
+from synth.errors import Fault, InvalidRequest, RenderWarning, shown
 from synth.scene.catalogue import CatalogueEntry, catalogue
 from synth.scene.merge import merge_patch
 from synth.scene.scene import Scene, SceneLike, document_of, scene_document
@@ -31,16 +32,18 @@ if TYPE_CHECKING:
     from synth.plan.preparation import Preparation
     from synth.voice.voice import Voice
 
+    SceneSource = SceneLike | Sound
 
 LOG = logging.getLogger("ridgewave")
 """At the level INFO it tells when a preparation begins, and how long it took."""
 
 
-def parse_scene(scene: SceneLike, **fields: Any) -> Scene:
+def parse_scene(scene: SceneSource, **fields: Any) -> Scene:
     """Return `scene` with the sections of the partial scene `fields` merged into it, checked and frozen.
 
     scene: a Scene, a mapping as in docs/scene.md, the path of a JSON file or of a sound file of ridgewave, or a
-        texture's name, also of an imported one. Lists of numbers may be arrays; the scene holds copies.
+        texture's name, also of an imported one; or a Sound, for its scene. Lists of numbers may be arrays; the scene
+        holds copies.
     Raises SceneError, which lists every fault; OSError if a file cannot be read.
 
     Example: rw.parse_scene("denim-72x56", scan={"load": "0.5 N"}).scan.load
@@ -50,19 +53,28 @@ def parse_scene(scene: SceneLike, **fields: Any) -> Scene:
             return scene
         return parsed(with_imported(with_files(merge_patch(scene_document(scene), with_imported(fields)))))
     document = _document_of(scene)
+    if isinstance(document, Scene):
+        return parse_scene(document, **fields)
     require_scene(document)
     if fields and isinstance(document, Mapping):
         document = merge_patch(document, fields)
     return parsed(with_imported(with_files(document)))
 
 
-def _document_of(source: SceneLike) -> Any:
+def _document_of(source: SceneSource) -> Any:
+    """Return a Scene unchanged, or the mapping that `source` is, names or has in it."""
     if isinstance(source, str | os.PathLike):
         return document_of(source, lambda name: texture_named(name).document)
+    if isinstance(source, Scene | Mapping):
+        return source
+    from synth.encode.sound import Sound
+
+    if isinstance(source, Sound):
+        return source.scene if source.recording is None else source.recording
     return source
 
 
-def render(scene: SceneLike, **fields: Any) -> Sound:
+def render(scene: SceneSource, **fields: Any) -> Sound:
     """Render the whole duration of a scene, or the recording of a live session.
 
     scene: as `parse_scene`, or a recording: its mapping, or the path of its JSON file or of a sound rendered from it.
@@ -77,7 +89,7 @@ def render(scene: SceneLike, **fields: Any) -> Sound:
     from synth.encode.sound import rendered_recording
 
     started = perf_counter()
-    document = scene if isinstance(scene, Scene) else _document_of(scene)
+    document = _document_of(scene)
     if isinstance(document, Mapping) and is_recording(document) and not fields:
         sound = rendered_recording(document)
     else:
@@ -101,11 +113,13 @@ def _warn(sentences: Sequence[str]) -> None:
         warnings.warn(sentence, RenderWarning, stacklevel=3)
 
 
-def load(path: str | os.PathLike[str]) -> Sound:
+def load(path: str | os.PathLike[str] | BinaryIO) -> Sound:
     """Return the sound in a WAV or FLAC file: `frames`, `values` in SI, full scale, quantities and scene.
 
+    path: of the file, or a binary file that is open for reading, such as io.BytesIO.
     A file of another program, or one whose metadata was removed, has samples without a scale: its quantity is
-    "unscaled", and a RenderWarning says so.
+    "unscaled", and a RenderWarning says so. So does one where a WAV file of ridgewave is incomplete; an incomplete FLAC
+    is refused.
     Raises InvalidRequest for a file that is no sound, OSError if it cannot be read.
 
     Example:
@@ -116,12 +130,16 @@ def load(path: str | os.PathLike[str]) -> Sound:
     from synth.encode.sound_files import load as loaded
 
     with_imported({})  # the scene may name a surface of the user's store
-    sound = loaded(Path(path))
+    opened = isinstance(path, io.IOBase) and not isinstance(path, io.TextIOBase)
+    if not opened and not isinstance(path, str | os.PathLike):
+        hint = "Write a path, or a binary file that is open for reading. A Sound needs no loading."
+        raise InvalidRequest([Fault("/path", shown(path), "the path of a WAV or FLAC file", hint)])
+    sound = loaded(Path(path) if isinstance(path, str | os.PathLike) else path)
     _warn(sound.warnings)
     return sound
 
 
-def explain(scene: SceneLike, **fields: Any) -> Plan:
+def explain(scene: SceneSource, **fields: Any) -> Plan:
     """Return the plan of a scene: what is simulated, why, at what error, and at what cost on this machine.
 
     scene, fields, errors: as `parse_scene`.
@@ -134,7 +152,7 @@ def explain(scene: SceneLike, **fields: Any) -> Plan:
 
 
 def measure_accuracy(
-    scene: SceneLike, *, quantity: str | None = None, progress: Progress | None = None
+    scene: SceneSource, *, quantity: str | None = None, progress: Progress | None = None
 ) -> AccuracyReport:
     """Return the error and the cost of every method, for one channel of a scene. It takes half a minute.
 
@@ -148,7 +166,7 @@ def measure_accuracy(
     return measured(parse_scene(scene), quantity=quantity, progress=progress)
 
 
-def open_voice(scene: SceneLike, *, live: bool = False, **fields: Any) -> Voice:
+def open_voice(scene: SceneSource, *, live: bool = False, **fields: Any) -> Voice:
     """Return a voice whose `render(frames, motion)` gives the next block, float32 [frames, channels] over full scale.
 
     scene, fields, errors: as `parse_scene`.

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from synth.encode.scaled_frames import UNSCALED, ScaledFrames
+from synth.encode.scaled_frames import UNSCALED, Real, ScaledFrames
 from synth.errors import CannotRender, Fault, InvalidRequest, shown
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 PLOTTED_SECONDS = 0.05  # s shown in a plot: several periods of a usual texture
 HEADROOM = 0.8  # of full scale: the largest peak of a series, as of an automatic full scale
+SERIES = "a list of one Sound or more, all of the same quantities"
 NO_SCALE = "Multiply its frames by the scale that you know."
 BLOCK = 1 << 18  # frames rendered at a time
 NO_PLOTS = "cannot plot: matplotlib is not installed. Run: pip install 'ridgewave[plots]'."
@@ -80,10 +81,13 @@ class Sound(ScaledFrames):
         scale = self.full_scale, self.quantities
         return Sound, (self.frames, self.sample_rate, *scale, self.asked, self.warnings, self.plan, self.recording)
 
-    def with_full_scale(self, full_scale: float | Sequence[float]) -> Sound:
+    def with_full_scale(self, full_scale: float | str | Sequence[float | str] | Real) -> Sound:
         """Return the same values with another full scale, such as one for a series (`common_full_scale`).
 
-        full_scale: SI value of a sample of 1.0, positive, for all channels or one per channel.
+        full_scale: value of a sample of 1.0, in SI or as text with its unit ("10 m/s^2"), for all channels or one per
+            channel. The range is that of `output.full_scale`.
+        The scene of the returned sound has the full scale, and its recording too: a saved file is rendered at it again.
+        Where a limiter acted on a live session, the file is then rendered without it. The plan is that of the render.
         Raises InvalidRequest for any other value, and for a sound without a scale.
 
         Example:
@@ -92,17 +96,27 @@ class Sound(ScaledFrames):
             scale = rw.common_full_scale([soft, firm])
             soft.with_full_scale(scale).save("soft.wav")
         """
-        given = np.broadcast_to(np.asarray(full_scale, np.float64), np.shape(full_scale) or (len(self.full_scale),))
-        if given.shape != (len(self.full_scale),) or not np.all((given > 0.0) & np.isfinite(given)):
-            allowed = f"a positive number in SI, or {len(self.full_scale)} of them, one per channel"
-            raise InvalidRequest([Fault("/full_scale", shown(full_scale), allowed, "Write 5.0, for instance.")])
+        from synth.scene.full_scales import read_full_scales
+
         if UNSCALED in self.quantities:
             raise InvalidRequest(
                 [Fault("/full_scale", shown(full_scale), "nothing: this sound has no scale", NO_SCALE)]
             )
-        scales = tuple(float(scale) for scale in given)
-        frames = (self.values / given).astype(np.float32)
-        return replace(self, frames=frames, full_scale=scales)
+        scales = read_full_scales(full_scale, self.quantities)
+        frames = (self.values / np.asarray(scales)).astype(np.float32)
+        recording = None if self.recording is None else {**self.recording, "full_scale": list(scales)}
+        return replace(self, frames=frames, full_scale=scales, asked=self._asked_at(scales), recording=recording)
+
+    def _asked_at(self, full_scale: tuple[float, ...]) -> SceneLike | None:
+        """Return what was asked with these full scales (SI) in it."""
+        from synth.scene.full_scales import with_full_scales
+        from synth.scene.scene import parse_scene
+
+        if self.asked is None:
+            return None
+        if isinstance(self.asked, Mapping):  # of a service or a file: its surface may be unknown here
+            return with_full_scales(self.asked, self.quantities, full_scale)
+        return parse_scene(with_full_scales(self.scene.document(), self.quantities, full_scale))
 
     def save(self, path: str | os.PathLike[str], subtype: str | None = None) -> Path:
         """Write a sound file that contains the full scale and the scene, or a table of values; return its path.
@@ -121,6 +135,9 @@ class Sound(ScaledFrames):
         from synth.encode.sound_saving import save_frames
         from synth.scene.scene import scene_document
 
+        if not isinstance(path, str | os.PathLike):
+            hint = 'Write a path, such as "out.wav". For bytes in memory, save a file and read it.'
+            raise InvalidRequest([Fault("/path", shown(path), "the path of a file", hint)])
         metadata = None
         if self.asked is not None:
             scene = scene_document(self.scene)
@@ -188,7 +205,8 @@ class Sound(ScaledFrames):
 def common_full_scale(sounds: Iterable[Sound]) -> tuple[float, ...]:
     """Return the full scale of a series, per channel: the largest peak of all sounds is at HEADROOM of it.
 
-    Raises InvalidRequest for no sounds, for sounds of different quantities, and for a series that is silent.
+    Raises InvalidRequest for anything but a list of sounds, for sounds of different quantities, and for a series that
+    is silent.
 
     Example:
         import ridgewave as rw
@@ -197,12 +215,15 @@ def common_full_scale(sounds: Iterable[Sound]) -> tuple[float, ...]:
         for number, sound in enumerate(series):
             sound.with_full_scale(scale).save(f"load-{number}.wav")
     """
-    series = list(sounds)
+    series = [] if isinstance(sounds, Sound) or not isinstance(sounds, Iterable) else list(sounds)
+    if not series or not all(isinstance(sound, Sound) for sound in series):
+        hint = "Write a list such as [rw.render(...), rw.load(...)], also of one sound."
+        raise InvalidRequest([Fault("/sounds", shown(sounds), SERIES, hint)])
     kinds = {sound.quantities for sound in series}
     if len(kinds) != 1 or UNSCALED in next(iter(kinds)):
         value = f"{len(series)} sounds of {shown(sorted(kinds))}"
         hint = "Render them with the same output.quantity or output.channels."
-        raise InvalidRequest([Fault("/sounds", value, "one sound or more, all of the same quantities", hint)])
+        raise InvalidRequest([Fault("/sounds", value, SERIES, hint)])
     peaks = np.max([sound.peak for sound in series], axis=0)
     if not np.all(peaks > 0.0):
         hint = "Leave the silent channel out, or write a full scale."

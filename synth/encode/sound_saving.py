@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from synth.encode.formats import Metadata, choose_format, open_writer
+from synth.encode.formats import ENDINGS, Metadata, choose_format, open_writer
 from synth.encode.part_file import write_whole
 from synth.encode.scaled_frames import ScaledFrames
 from synth.errors import Fault, InvalidRequest, RenderWarning, shown
@@ -33,6 +33,9 @@ def save_frames(sound: ScaledFrames, metadata: Metadata | None, target: Path, su
             raise InvalidRequest([Fault("/subtype", shown(subtype), "nothing for a table", "Leave it out.")])
         write_whole(target, _npy(sound) if target.suffix.lower() == ".npy" else _csv(sound))
         return target
+    if target.suffix.lower() not in ENDINGS:
+        allowed = f"a name that ends in {', '.join([*ENDINGS, *TABLES])}"
+        raise InvalidRequest([Fault("/path", shown(str(target)), allowed, "Write, for instance, out.wav.")])
     sound_format = choose_format(target, subtype)
     frames, reduction = sound.frames, 0.0
     channels = frames.shape[1]

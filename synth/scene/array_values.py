@@ -4,7 +4,7 @@ Stage: before 1 (SCENE), which reads every list of numbers with `listed` and eve
 Model: a scene holds copies, so that an array that changes later does not change the scene. A masked number becomes NaN,
     which the field then refuses with its index. An array that states a unit must state the SI unit of its field,
     because NumPy would drop the unit in silence.
-Limits: real numbers only. NumPy is imported when the first array is read.
+Limits: real numbers, and text, which its field then reads. NumPy is imported when the first array is read.
 """
 
 from __future__ import annotations
@@ -55,6 +55,9 @@ def real_array(value: Any, unit: str) -> np.ndarray[Any, np.dtype[np.float64]]:
     except Exception as error:  # the object's own code; PyTorch refuses a tensor with a gradient, for one
         reason = f"an object of type {type(value).__name__} that does not turn into an array"
         raise ArrayError(reason, "Write numpy.asarray(...) of its numbers.") from error
+    if found.dtype.names:
+        columns = ", ".join(f"r.{name}" for name in found.dtype.names)
+        raise ArrayError("an array of records", f"Write its columns as numbers, such as np.c_[{columns}].")
     if found.dtype.kind not in "iuf":
         kind = {"c": "complex numbers", "b": "truth values", "U": "text", "S": "text", "O": "Python objects"}
         what = f"an array of {kind.get(found.dtype.kind, str(found.dtype))}"
@@ -66,12 +69,25 @@ def real_array(value: Any, unit: str) -> np.ndarray[Any, np.dtype[np.float64]]:
     return np.array(found, np.float64)
 
 
+def text_of_array(value: Any) -> str | None:
+    """Return the text of a NumPy array of one text, or None."""
+    if getattr(getattr(value, "dtype", None), "kind", "") in ("U", "T") and getattr(value, "size", 0) == 1:
+        return str(value.reshape(-1)[0])
+    return None
+
+
+def texts_as_lists(value: Any) -> Any:
+    """Return a NumPy array of text as text, or as lists of it; anything else unchanged."""
+    return value.tolist() if getattr(getattr(value, "dtype", None), "kind", "") in ("U", "T") else value
+
+
 def listed(value: Any, unit: str) -> Any:
     """Return `value` with lists in place of arrays, also of those within a list. Raises ArrayError."""
+    value = texts_as_lists(value)
     if is_array(value):
         return real_array(value, unit).tolist()
-    if type(value).__module__ == "array":  # Python's own array, which has no __array__
-        return list(value)
+    if isinstance(value, range) or type(value).__module__ == "array":  # Python's own array, which has no __array__
+        return list(value) if len(value) <= MOST_NUMBERS else value
     if isinstance(value, list | tuple) and any(type(item) not in PLAIN for item in value):
         return [listed(item, unit) for item in value]
     return value
@@ -84,6 +100,8 @@ def _check_unit(value: Any, unit: str) -> None:
     if stated is None and isinstance(attributes, dict):
         stated = attributes.get("units")
     if stated is None or callable(stated):
+        return
+    if not str(stated).strip():  # xarray writes it where nobody has stated one
         return
     if str(stated) not in (unit, *LONG_UNITS.get(unit, ())):
         wanted = f"Convert it to {unit}" if unit else "Convert it to SI"

@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationError, ValidationInfo
 from pydantic_core import PydanticCustomError
 
+from synth.scene.array_values import texts_as_lists
 from synth.scene.quantity import Dimension, show_quantity
 from synth.scene.rules import (
     Choice,
@@ -109,6 +110,7 @@ class Channels(Rule):
 
     def read(self, value: object) -> tuple[Channel, ...]:
         """Return the channels."""
+        value = texts_as_lists(value)
         if not isinstance(value, list | tuple) or not 1 <= len(value) <= MOST_CHANNELS:
             raise refused(self.allowed, 'Write ["displacement", {"quantity": "velocity", "full_scale": "0.1 m/s"}].')
         refusals: list[Refusal] = []

@@ -16,7 +16,7 @@ from enum import Enum
 from numbers import Real
 from typing import Any
 
-from synth.scene.array_values import ArrayError, is_array, real_array
+from synth.scene.array_values import ArrayError, is_array, real_array, text_of_array
 
 SMALLEST_NORMAL = sys.float_info.min
 """Magnitudes below this (2.2e-308) are read as zero, because denormal numbers slow down every filter."""
@@ -101,12 +101,12 @@ class QuantityError(ValueError):
 def parse_quantity(value: object, dimension: Dimension) -> float:
     """Return `value` as a finite float in SI.
 
-    value: a number in SI, also as an array of one number, or text with a unit of `dimension`.
+    value: a number in SI, or text with a unit of `dimension`; also as an array of one of them.
     Raises QuantityError for any other value: a boolean, text without a unit or with a wrong unit, NaN, an infinity.
     """
     if isinstance(value, str):
         number = _from_text(value, dimension)
-    elif isinstance(value, Real) and not isinstance(value, bool):
+    elif isinstance(value, Real | Decimal) and not isinstance(value, bool):
         number = _from_number(value)
     elif is_array(value):
         number = _from_array(value, dimension)
@@ -139,6 +139,9 @@ def text_pattern(dimension: Dimension) -> str:
 
 
 def _from_array(value: Any, dimension: Dimension) -> float:
+    text = text_of_array(value)
+    if text is not None:
+        return _from_text(text, dimension)
     try:
         numbers = real_array(value, dimension.unit)
     except ArrayError as error:
@@ -148,9 +151,11 @@ def _from_array(value: Any, dimension: Dimension) -> float:
     return float(numbers.reshape(-1)[0])
 
 
-def _from_number(value: Real) -> float:
+def _from_number(value: Real | Decimal) -> float:
     try:
         return float(value)
+    except ValueError:  # a signalling NaN of Decimal
+        return math.nan
     except OverflowError:
         return math.inf
 

@@ -17,6 +17,7 @@ from typing import Any
 from pydantic import ValidationError, ValidationInfo
 from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, core_schema
 
+from synth.scene.array_values import texts_as_lists
 from synth.scene.quantity import (
     LONGEST_TEXT,
     SMALLEST_NORMAL,
@@ -30,6 +31,9 @@ from synth.scene.quantity import (
 MOST_FAULTS = 100
 """Largest number of faults in one answer. The check of a list or an object stops at the next fault, so that a large
 invalid document costs little time."""
+
+GAP = "It must be finite. Fill the gap in the numbers first, as with np.interp."
+"""What to do about a number in a list that is NaN or masked."""
 
 LONGEST_KEY = 64
 """Number of characters of an unknown field's name that are compared with the known names. Comparing costs time."""
@@ -56,6 +60,13 @@ def words_of(error: PydanticCustomError) -> dict[str, str]:
     """Return the `allowed` and `hint` of a rule's error."""
     context = error.context or {}
     return {"allowed": str(context["allowed"]), "hint": str(context["hint"])}
+
+
+def item_refusal(location: Iterable[str | int], value: object, error: PydanticCustomError) -> Refusal:
+    """Return the refusal of a number in a list, from the error of its rule. NaN is a gap, to be filled."""
+    words = words_of(error)
+    gap = isinstance(value, float) and math.isnan(value)
+    return refusal(location, value, words["allowed"], GAP if gap else words["hint"])
 
 
 def refusals_of(error: ValidationError, *above: str | int) -> list[Refusal]:
@@ -90,6 +101,10 @@ class Rule(ABC):
     allowed: str
     unit = ""
     takes_lists = False
+
+    def arranged(self, value: object) -> object:
+        """Return an array as the rule reads it: a table with named columns may be in another order."""
+        return value
 
     @abstractmethod
     def read(self, value: object) -> object:
@@ -194,7 +209,7 @@ class QuantityList(Rule):
             try:
                 values.append(self.item.read(number))
             except PydanticCustomError as error:
-                refusals.append(InitErrorDetails(type=error, loc=(index,), input=number))
+                refusals.append(item_refusal([index], number, error))
             if len(refusals) > MOST_FAULTS:
                 break
         refuse("list", refusals)
@@ -228,6 +243,7 @@ class Choice(Rule):
 
     def read(self, value: object) -> str:
         """Return the name."""
+        value = texts_as_lists(value)
         every = (*self.names, *self.others)
         if isinstance(value, str) and value in every:
             return value

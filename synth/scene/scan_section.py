@@ -10,7 +10,8 @@ Model of the line: over an area, the surface moves along a line at the angle `he
 the finger is at `y`, and its length is turned by `direction`. Instead, a recording may give the place and the direction
 of the finger at each point.
 Limits: a stroke must have room for its turns. Recorded points must be at least 1 us apart, and the speed between them
-must be 10 m/s at most. `point_spacing` then merges or moves apart points that are too close in time.
+must be 10 m/s at most. Times of a clock that began more than a day before count from the first point.
+`point_spacing` then merges or moves apart points that are too close in time.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationInfo
 from pydantic_core import PydanticCustomError
 
-from synth.scene.array_values import is_array
+from synth.scene.point_columns import count_of_columns, in_order
 from synth.scene.quantity import Dimension, show_quantity
 from synth.scene.rules import (
     MOST_FAULTS,
@@ -32,10 +33,10 @@ from synth.scene.rules import (
     Quantity,
     Refusal,
     Rule,
+    item_refusal,
     refusal,
     refuse,
     refused,
-    words_of,
 )
 from synth.scene.section import Section, without
 
@@ -85,10 +86,14 @@ TURN_TIME = Quantity(Dimension.TIME, 1e-3, 10.0)
 LIFT_LOAD = Quantity(Dimension.LOAD, 1e-6, 1.0)
 TIME, PLACE = Quantity(Dimension.TIME, 0.0, 86400.0), Quantity(Dimension.LENGTH, -1e4, 1e4)
 ANGLE = Quantity(Dimension.ANGLE, -1000.0, 1000.0)
-POINT_RULES = TIME, PLACE, LOAD
-AREA_POINT_RULES = TIME, PLACE, PLACE, ANGLE, LOAD
+CLOCK = Quantity(Dimension.TIME, 0.0, 1e10)  # 300 years: a clock that counts from 1970 too, but no count of ms
+POINT_RULES = CLOCK, PLACE, LOAD
+AREA_POINT_RULES = CLOCK, PLACE, PLACE, ANGLE, LOAD
 LINE_PLACE = Quantity(Dimension.LENGTH, -10.0, 10.0)
+LONGEST_RECORDING = f"at most {TIME.show(TIME.high)} after the first point"
 POINTS = "[t, position, load], or [t, x, y, direction, load]"
+LATE = "Times are in s: divide a clock in ms by 1000, or subtract the first time."
+UNITS = "Check the units: times are in s and positions in m."
 LINE = ("y", "heading", "direction")
 """The fields of a scan along a line over an area."""
 
@@ -98,9 +103,13 @@ class Trajectory(Rule):
 
     takes_lists = True
 
+    def arranged(self, value: object) -> object:
+        """Return the points of a table with named columns in the order of a point. Raises ArrayError."""
+        return in_order(value)
+
     allowed = (
-        f"{FEWEST_POINTS} to {MOST_POINTS} points {POINTS}: t {TIME.allowed}, position, x and y {PLACE.allowed}, "
-        f"direction {ANGLE.allowed}, load {LOAD.allowed}"
+        f"{FEWEST_POINTS} to {MOST_POINTS} points {POINTS}: t {CLOCK.allowed} and {LONGEST_RECORDING}, "
+        f"position, x and y {PLACE.allowed}, direction {ANGLE.allowed}, load {LOAD.allowed}"
     )
 
     def read(self, value: object, load: Quantity = LOAD) -> tuple[Point, ...]:
@@ -113,13 +122,20 @@ class Trajectory(Rule):
         for index, point in enumerate(value):
             read = _read_point(point, index, rules, refusals)
             if read is not None:
+                first = points[0][0] if points else read[0]
+                if read[0] - first > TIME.high:
+                    refusals.append(refusal([index, 0], point[0], LONGEST_RECORDING, UNITS))
+                    break
                 if points:
                     refusals += _steps(points[-1], read, index)
                 points.append(read)
+            elif index == 0 and refusals and _is_beyond_clocks(point):
+                break
             if len(refusals) > MOST_FAULTS:
                 break
         refuse("trajectory", refusals)
-        return tuple(points)
+        first = points[0][0]
+        return tuple((since(first, point[0]), *point[1:]) for point in points) if first > TIME.high else tuple(points)
 
     def schema(self) -> dict[str, Any]:
         """Return the schema of the list of points."""
@@ -142,16 +158,7 @@ class Trajectory(Rule):
 
 def _over_area(point: object) -> bool:
     """Return whether a recorded point has the place of the finger over an area."""
-    if is_array(point):
-        return getattr(point, "shape", ()) == (len(AREA_POINT_RULES),)
     return isinstance(point, list | tuple) and len(point) == len(AREA_POINT_RULES)
-
-
-def _all_over_area(points: object) -> bool:
-    """Return whether recorded points, as written, have places over an area: a list, or the rows of an array."""
-    if is_array(points):
-        return tuple(getattr(points, "shape", ()))[1:] == (len(AREA_POINT_RULES),)
-    return isinstance(points, list | tuple) and bool(points) and _over_area(points[0])
 
 
 def _read_point(point: object, index: int, rules: tuple[Quantity, ...], refusals: list[Refusal]) -> Point | None:
@@ -165,7 +172,9 @@ def _read_point(point: object, index: int, rules: tuple[Quantity, ...], refusals
         try:
             numbers.append(rule.read(value))
         except PydanticCustomError as error:
-            refusals.append(refusal([index, place], value, **words_of(error)))
+            late = rule is CLOCK and isinstance(value, int | float) and CLOCK.high < value < math.inf
+            told = refused(rule.allowed, LATE) if late else error
+            refusals.append(item_refusal([index, place], value, told))
     return tuple(numbers) if len(numbers) == len(rules) else None
 
 
@@ -184,7 +193,25 @@ def _steps(before: Point, after: Point, index: int) -> Iterator[Refusal]:
     elif moved > FASTEST * duration * (1.0 + 1e-9):
         reach = _rounded(FASTEST * duration, Dimension.LENGTH, ROUND_FLOOR)
         allowed = f"within {reach} of the previous point ({show_quantity(FASTEST, Dimension.SPEED)} at most)"
-        yield refusal([index, 1], after[1], allowed, "Check the units: times are in s and positions in m.")
+        yield refusal([index, 1], after[1], allowed, UNITS)
+
+
+def since(first: float, time: float) -> float:
+    """Return how much later than `first` a `time` is, s.
+
+    A float64 holds a time since 1970 to 0.24 us. A clock that counts microseconds is therefore exact in the difference.
+    """
+    passed = time - first
+    if first <= TIME.high:
+        return passed
+    counted = round(passed, 6)
+    return counted if abs(counted - passed) <= math.ulp(time) else passed
+
+
+def _is_beyond_clocks(point: object) -> bool:
+    """Return whether the time of a point is later than any clock in seconds says: one fault tells enough."""
+    time = point[0] if isinstance(point, list | tuple) and point else None
+    return isinstance(time, int | float) and time > CLOCK.high
 
 
 class Stroke(Section):
@@ -297,7 +324,7 @@ class Scan(Section):
     def conflicts(cls, given: Fields) -> list[Refusal]:
         """Refuse a scan of two kinds at once, and a line beside points that contain places over an area."""
         refusals = cls._of_two_kinds(given)
-        if _all_over_area(given.get("trajectory")):
+        if count_of_columns(given.get("trajectory")) == len(AREA_POINT_RULES):
             allowed = "not beside points over an area"
             hint = "Leave it out: the points contain the places and directions of the finger."
             refusals += [refusal([name], given[name], allowed, hint) for name in LINE if name in given]
@@ -364,4 +391,4 @@ def over_area_fields(given: Mapping[str, Any]) -> list[str]:
     """Return the names of the fields of a scan, as written, that need a texture over an area."""
     fields = {name: given[name] for name in LINE if given.get(name) is not None}
     names = [name for name in fields if Scan.value_of(fields, name) != 0.0]
-    return names + ["trajectory"] * _all_over_area(given.get("trajectory"))
+    return names + ["trajectory"] * (count_of_columns(given.get("trajectory")) == len(AREA_POINT_RULES))

@@ -22,8 +22,9 @@ from synth.scene.catalogue import catalogue_kinds, catalogue_names, lookup
 from synth.scene.effects_section import Effects, FrozenMapping, declaration, lowest_load, misplaced
 from synth.scene.finger_section import Finger
 from synth.scene.output_section import Accuracy, Channel, Output
+from synth.scene.point_columns import in_order
 from synth.scene.rules import MOST_FAULTS, Fields, Quantity, Refusal, refusal
-from synth.scene.scan_section import LOWEST_LOAD, TIME, Scan, over_area_fields
+from synth.scene.scan_section import CLOCK, LOWEST_LOAD, Scan, over_area_fields, since
 from synth.scene.section import Section, inner_section, plain, rule_of, section_schema
 from synth.scene.sound_scene import CALLED, HEAD_BYTES, document_in_sound, is_sound
 from synth.scene.text import object_from_text, pointer
@@ -62,6 +63,9 @@ class Scene(Section):
     @classmethod
     def from_json(cls, text: str | bytes) -> Scene:
         """Return the scene that JSON `text` describes. Raises SceneError."""
+        if not isinstance(text, str | bytes | bytearray | memoryview):
+            hint = "Write the text itself, such as Path(...).read_text(). rw.parse_scene takes mappings and paths."
+            raise SceneError([Fault("", shown(text), "JSON text", hint)])
         return parse_scene_text(text)
 
     @classmethod
@@ -133,6 +137,8 @@ def document_of(source: str | os.PathLike[str], named: Callable[[str], Document]
     A string is a catalogue name if the catalogue has it. It is also treated as a name if it contains no folder, does
     not end as a file of a scene does, and no such file exists.
     """
+    if isinstance(source, str):
+        _refuse_text(source)
     path = Path(source)
     looks_like_a_name = path.suffix.lower() not in FILE_ENDINGS and len(path.parts) == 1 and not path.exists()
     if isinstance(source, str) and (source in catalogue_names() or looks_like_a_name):
@@ -144,6 +150,16 @@ def document_of(source: str | os.PathLike[str], named: Callable[[str], Document]
         _refuse(path, "a file that exists", "Check the path.")
     except IsADirectoryError:
         _refuse(path, CALLED, "This is a folder. Name a file in it.")
+
+
+def _refuse_text(source: str) -> None:
+    """Refuse text that is JSON, or nothing, where the name of a texture or a file is expected."""
+    allowed = "the name of a texture, or the path of a file"
+    if not source.strip():
+        raise SceneError([Fault("/scene", shown(source), allowed, "Write {} for the default scene.")])
+    if source.lstrip().startswith(("{", "[")) and not os.path.exists(source):
+        hint = "This is JSON text: save it as a file, or in Python use rw.Scene.from_json(text) or json.loads(text)."
+        raise SceneError([Fault("/scene", shown(source), allowed, hint)])
 
 
 def _read(file: BinaryIO, path: Path) -> dict[str, object]:
@@ -193,7 +209,8 @@ def _with_own_duration(document: object) -> object:
     if not isinstance(given, Mapping) or given.get("duration") is not None:
         return document
     try:
-        length = TIME.read(points[-1][0]) - TIME.read(points[0][0])
+        points = in_order(points)
+        length = since(CLOCK.read(points[0][0]), CLOCK.read(points[-1][0]))
     except (TypeError, ValueError, LookupError):
         return document
     rule = rule_of(Output, "duration")

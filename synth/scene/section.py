@@ -94,7 +94,7 @@ def _without_arrays(section: type[Section], known: Fields) -> tuple[Fields, list
     for name, value in known.items():
         rule = next((item for item in section.model_fields[name].metadata if isinstance(item, Rule)), None)
         try:
-            read[name] = listed(value, rule.unit) if rule is not None and rule.takes_lists else value
+            read[name] = listed(rule.arranged(value), rule.unit) if rule is not None and rule.takes_lists else value
         except ArrayError as error:
             refusals.append(refusal([name], value, getattr(rule, "allowed", ""), f"{error.sentence} {error.hint}"))
     return read, refusals

@@ -20,6 +20,7 @@ from synth.scene.merge import scene_before_bands
 
 LARGEST_TEXT = 256 * 2**20  # bytes; a log of a live session takes 128 MB at most
 UNKNOWN = 0xFFFFFFFF
+ENDLESS = 1 << 63  # bytes of samples of an endless WAV: up to the end of the file, whatever its length
 HEAD_BYTES = 12  # as many as `is_sound` looks at
 CALLED = "a JSON file, or a sound file of ridgewave"
 
@@ -39,6 +40,23 @@ def metadata_in(file: BinaryIO) -> dict[str, Any] | None:
     except (struct.error, ValueError, RecursionError):  # a damaged file, or the comment of another program
         return None
     return found if isinstance(found, dict) and isinstance(found.get("channels"), list) else None
+
+
+def declared_frames(file: BinaryIO) -> int | None:
+    """Return how many frames the header of a WAV file says it has; None for an endless WAV and for other files."""
+    file.seek(0)
+    if file.read(HEAD_BYTES)[8:] != b"WAVE":
+        return None
+    frame_bytes = 0
+    try:
+        for name, size in _chunks(file):
+            if name == b"fmt ":
+                (frame_bytes,) = struct.unpack("<12xH", file.read(14))
+            elif name == b"data":
+                return size // frame_bytes if frame_bytes and size != ENDLESS else None
+    except struct.error:
+        return None
+    return None
 
 
 def document_in_sound(file: BinaryIO, name: str) -> dict[str, object]:
@@ -85,7 +103,7 @@ def _chunks(file: BinaryIO) -> Iterator[tuple[bytes, int]]:
             (long_data,) = struct.unpack("<8xQ", file.read(16))
             file.seek(at + 8)
         if name == b"data" and size == UNKNOWN:
-            size = end if long_data == UNKNOWN else long_data
+            size = ENDLESS if long_data == UNKNOWN else long_data
         yield name, size
         at += 8 + size + (size & 1)
 

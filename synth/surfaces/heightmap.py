@@ -39,6 +39,17 @@ LONGEST = 1.0  # m, of the period along and across
 HEIGHT = Quantity(Dimension.LENGTH, -LARGEST_HEIGHT, LARGEST_HEIGHT)
 
 
+def _rows_hint(rows: int, lengths: list[int]) -> str:
+    """Return what to write instead of `rows` rows of these lengths."""
+    if rows == 0 or lengths == [0]:
+        return "It is empty. Write at least two rows of two heights."
+    found = f"It has {rows} row{'s' if rows > 1 else ''} of {' and '.join(map(str, lengths[:3]))} heights."
+    if len(lengths) > 1:
+        return f"{found} Write rows of one length."
+    small = rows < 2 or lengths[0] < 2
+    return f"{found} {'Write at least two rows of two heights.' if small else 'Import larger maps.'}"
+
+
 class Rows(Rule):
     """Rows of heights, all of one length."""
 
@@ -52,8 +63,10 @@ class Rows(Rule):
             raise refused(self.allowed, 'Write rows such as [[0, "10 um"], ["20 um", 0]].')
         lengths = {len(row) for row in value}
         if len(value) < 2 or len(lengths) != 1 or min(lengths) < 2 or len(value) * min(lengths) > MOST_INLINE:
-            hint = f"It has {len(value)} rows of {' and '.join(map(str, sorted(lengths)[:3]))} heights."
-            raise refused(self.allowed, f"{hint} Import larger maps.")
+            raise refused(self.allowed, _rows_hint(len(value), sorted(lengths)))
+        if any(isinstance(height, list | tuple) for row in value for height in row):
+            hint = "It has three dimensions: write one map of heights, such as rows[0] or rows[:, :, 0]."
+            raise refused(self.allowed, hint)
         row_rule = QuantityList(HEIGHT, 2, MOST_INLINE)
         found: list[tuple[float, ...]] = []
         refusals: list[Refusal] = []

@@ -150,7 +150,9 @@ class HeightList(QuantityList):
 
     def length_hint(self, count: int) -> str:
         """Return a hint about the number of heights, and about files where the list is too long."""
-        more = f" On the command line texture.file takes up to {MOST_HEIGHTS}." if count > self.most else ""
+        more = (
+            f" On the command line and in Python texture.file takes up to {MOST_HEIGHTS}." if count > self.most else ""
+        )
         return f"{super().length_hint(count)}{more}"
 
 
@@ -162,7 +164,8 @@ class MeasuredFields(Section):
         HeightList(Quantity(Dimension.LENGTH, -LARGEST_HEIGHT, LARGEST_HEIGHT), 2, MOST_INLINE),
     ] = Field(default=None, description="profile: heights at equal distances.")
     file: Annotated[str | None, HeightFile()] = Field(
-        default=None, description="profile: instead of heights, a file that holds them. Only the command line reads it."
+        default=None,
+        description="profile: instead of heights, a file that holds them. Only the command line and Python read it.",
     )
 
 
@@ -186,12 +189,12 @@ def _period(level: np.ndarray[Any, Any], ends: str | None) -> np.ndarray[Any, An
 
 def _refusals(values: Mapping[str, Any], given: Fields) -> list[Refusal]:
     if "file" in given and "surface" not in given:
-        hint = "A service does not read files. Write the heights, or use the command line."
+        hint = "A service does not read files. Write the heights, or use the command line or Python."
         return [refusal(["file"], given["file"], "nothing here: only the command line and Python read files", hint)]
     if "surface" in given:
         return _surface_refusals(values, given)
     if "heights" not in given:
-        hint = 'Write a list such as [0, "20 um", 0, "-20 um"]; on the command line, file=PATH.'
+        hint = 'Write a list such as [0, "20 um", 0, "-20 um"]; on the command line and in Python, file=PATH.'
         return [refusal(["heights"], None, "a list of heights", hint)]
     return _shape_refusals("heights", np.array(values["heights"]), values["spacing"], values["ends"], given)
 

@@ -5,13 +5,24 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from synth.errors import SceneError
 from synth.scene.scene import parse_scene
 
 
-@pytest.mark.parametrize("form", [lambda rows: rows, np.ndarray.tolist, list])
+def named(points: Any) -> Any:
+    """Return the points as records."""
+    return np.rec.fromarrays(points.T, names="t,x,y,direction,load")
+
+
+def tabled(points: Any) -> Any:
+    """Return the points as a pandas table in another order."""
+    return pd.DataFrame(points, columns=["t", "x", "y", "direction", "load"])[["load", "t", "y", "x", "direction"]]
+
+
+@pytest.mark.parametrize("form", [lambda rows: rows, np.ndarray.tolist, list, named, tabled])
 def test_a_recording_over_an_area_on_a_texture_of_lines_is_refused_in_every_form(form: Any) -> None:
     points = np.linspace([0.0, 0.0, 0.0, 0.0, 0.3], [0.2, 0.01, 0.01, 0.1, 0.4], 11)
     with pytest.raises(SceneError, match=r"scan\.trajectory: .* a scan of a texture over an area"):
