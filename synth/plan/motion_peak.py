@@ -26,7 +26,7 @@ from synth.contact.load_balance import Contact
 from synth.motion.fade_envelope import fade_envelope
 from synth.motion.motion import LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
-from synth.plan.frame_solver import FRAME_SETUP, FrameSolver, solution_nanoseconds, stride_of
+from synth.plan.frame_solver import CURVE_READ, FRAME_SETUP, FrameSolver, Heights, solution_nanoseconds, stride_of
 from synth.response.mean_approach import Mean
 from synth.response.phases import phase_step
 from synth.response.series_curve import SeriesCurve
@@ -51,6 +51,7 @@ def peaks_along(
     mean: Mean,
     orders: tuple[int, ...],
     series: Contact | None = None,
+    read: Heights | None = None,
     *,
     whole: bool = False,
 ) -> tuple[Array, str]:
@@ -60,16 +61,18 @@ def peaks_along(
 
     mean: mean of z over a period, as for `FrameSolver`.
     series: contact whose series gives the estimates, where it is not `contact`.
+    read: z (m) at places (turns) and loads (N), where the frames are read from a series, not solved.
     whole: as of `ScanMotion`.
     """
     rate, length = scene.output.sample_rate, _rendered(scene, whole)
     frames, scale = max(1, round(length * rate)), min(1.0, scene.output.band_limit / (BAND * rate))
     count, stride = OVERSAMPLING, stride_of(scale)
     solver = FrameSolver(
-        contact.heights, scene, mean, rate, count=count, scale=scale, stride=stride, longest=frames, whole=whole
+        read or contact.heights, scene, mean, rate, count=count, scale=scale, stride=stride, longest=frames, whole=whole
     )
     chunks = list(range(math.ceil(frames / solver.chunk)))
-    chunk_seconds = 1e-9 * solver.solutions * (solution_nanoseconds(contact) + FRAME_SETUP)
+    solution = solution_nanoseconds(contact) if read is None else CURVE_READ
+    chunk_seconds = 1e-9 * solver.solutions * (solution + FRAME_SETUP)
     most, warning = max(1, math.floor(PATIENCE / chunk_seconds)), ""
     if len(chunks) > most:
         warning = (

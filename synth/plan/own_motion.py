@@ -22,6 +22,7 @@ from synth.plan.frame_solver import WITH_MEAN
 from synth.plan.motion_peak import differs_from_cruise, peaks_along
 from synth.plan.request import Request, harmonics_in_band
 from synth.response.mean_approach import Mean, mean_curve, mean_over_area
+from synth.response.series_curve import SeriesCurve
 from synth.scene.scene import Scene
 from synth.surfaces.height_field import HeightField
 
@@ -52,7 +53,9 @@ def own_motion(
     if all(channel.full_scale for channel in listed) or not (approach or differs):
         return mean, peaks, ""
     known = tuple(sorted({0, *asked.orders, *({WITH_MEAN} if approach else ())}))
-    found, warning = peaks_along(contact, scene, mean, known, series, whole=asked.live)
+    of_series = not (asked.live or asked.load_varies or long or over_area(asked))  # as `voice.solved_frames` reads it
+    read = SeriesCurve(asked.spectrum.harmonics).heights if of_series else None
+    found, warning = peaks_along(contact, scene, mean, known, series, read, whole=asked.live)
     return mean, dict(zip(known, found.tolist(), strict=True)), warning
 
 
