@@ -14,7 +14,7 @@ from synth.scene.scene import parse_scene
 
 def named(points: Any) -> Any:
     """Return the points as records."""
-    return np.rec.fromarrays(points.T, names="t,x,y,direction,load")
+    return np.rec.fromrecords(points.tolist(), names="t,x,y,direction,load")
 
 
 def tabled(points: Any) -> Any:
