@@ -14,7 +14,8 @@ from synth.scene.scene import parse_scene
 
 def named(points: Any) -> Any:
     """Return the points as records."""
-    return np.rec.fromrecords(points.tolist(), names="t,x,y,direction,load")
+    kinds = [(name, float) for name in ("t", "x", "y", "direction", "load")]
+    return np.array([tuple(point) for point in points], dtype=kinds)
 
 
 def tabled(points: Any) -> Any:
