@@ -19,6 +19,7 @@ from tests.clients.web.headset import DRAWING, at_the_table, three_folder
 from tests.clients.web.page_service import Breaker, serving_pages
 from tests.clients.web.test_page import started, stroke_pad
 from tests.clients.web.test_vr import OPEN
+from tests.few import thorough
 from tests.service.harness import PATIENCE, START, kept_engine, roomy_settings, until
 from tests.service.nginx import nginx, under_a_path
 
@@ -55,7 +56,7 @@ class Site:
         assert all((path.startswith(f"{PREFIX}/") and status < 400) or status == 499 for path, status in self.asked())
 
 
-@pytest.fixture(scope="module", params=["removed", "kept", "removed, and not set"])
+@pytest.fixture(scope="module", params=["removed", thorough("kept"), thorough("removed, and not set")])
 def site(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
     """Yield the real service behind nginx, which removes the prefix or passes it on."""
     folder = tmp_path_factory.mktemp("nginx")
