@@ -39,6 +39,7 @@ REPEATS = 5
 PATIENCE, HASTE = 6.0, 0.5  # s, longest time to set up, run and judge a method, before and after BUDGET
 BUDGET = 45.0  # s of measuring
 ENOUGH = 0.5  # s of timing, after which no further run is timed
+CLOCK_STEP = 1e-9  # s: a time that the clock shows as none counts as this
 REFERENCE_TOLERANCE = 1e-8  # below the rounding of float32; a larger one would add to the errors of the best methods
 SEEN_PHASES = 1 << 17  # smallest number of phases of a period at which errors are computed
 
@@ -233,7 +234,7 @@ def _measured(case: Case, method: Method, reference: Complex) -> Measured:
     ready, setup = _timed(method.set_up)
     values = ready.period(max(SEEN_PHASES, 1 << (8 * case.solved.highest).bit_length()))
     error = values - curve_between(reference, len(values))
-    a_second = _timed(ready.run)[1] * case.rate / ready.frames
+    a_second = max(_timed(ready.run)[1], CLOCK_STEP) * case.rate / ready.frames
     displacement, worst, margin = _spectral_errors(case, error, reference)
     return Measured(
         method=method.name,
