@@ -24,6 +24,7 @@ from synth.scene.catalogue import FINGER, catalogue
 from synth.scene.scene import parse_scene
 from synth.scene.texture_registry import default_textures
 from synth.surfaces.surface_data import SurfaceData
+from tests.few import paired
 from tests.service.harness import Running, serving, settings_of, until
 from tests.service.plain_engine import PlainEngine
 
@@ -65,8 +66,13 @@ def imported(folder: Path, name: str, kind: str = "profile") -> dict[str, Any]:
     return kept.document
 
 
-@pytest.mark.parametrize("scan", [{}, {"scan": {"speed": 0, "load": 0}}], ids=["page", "vr"])
-@pytest.mark.parametrize("texture", [{"texture": {"kind": "grating-400um-30um"}}, default_textures()[0]])
+@pytest.mark.parametrize(
+    ("texture", "scan"),
+    paired(
+        [{"texture": {"kind": "grating-400um-30um"}}, default_textures()[0]],
+        [{}, {"scan": {"speed": 0, "load": 0}}],  # of the page, and of VR
+    ),
+)
 def test_a_hand_on_a_texture_that_is_done_opens_from_files(
     texture: dict[str, Any], scan: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -9,22 +9,25 @@ import numpy as np
 import pytest
 
 from tests.conftest import RunsRidgewave
+from tests.few import thorough
 
 HEIGHTS = np.random.default_rng(5).normal(size=(17, 12))
 
 
-def test_a_damaged_file_on_which_its_reader_crashes_is_refused(ridgewave: RunsRidgewave, tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", [60_000, thorough(10), thorough(999)])  # types that the format does not have
+def test_a_damaged_file_on_which_its_reader_crashes_is_refused(
+    ridgewave: RunsRidgewave, tmp_path: Path, kind: int
+) -> None:
     pytest.importorskip("SurfaceTopography", reason="needs the extra surfaces")
     from scipy.io import savemat
 
     savemat(tmp_path / "scan.mat", {"heights": HEIGHTS})
     whole = (tmp_path / "scan.mat").read_bytes()
     place = whole.index(b"\x09\0\0\0" + (8 * HEIGHTS.size).to_bytes(4, "little"))  # the tag of the heights, as float64
-    for kind in (10, 999, 60_000):  # types that the format does not have
-        (tmp_path / "scan.mat").write_bytes(whole[:place] + kind.to_bytes(4, "little") + whole[place + 4 :])
-        done = ridgewave("import", "scan.mat", "--unit", "um", "--pixel", "5um", "--dry-run", cwd=tmp_path)
-        assert (done.returncode, done.stdout) == (2, b""), kind
-        assert b"reader" in done.stderr and b"Copy it again" in done.stderr, kind
+    (tmp_path / "scan.mat").write_bytes(whole[:place] + kind.to_bytes(4, "little") + whole[place + 4 :])
+    done = ridgewave("import", "scan.mat", "--unit", "um", "--pixel", "5um", "--dry-run", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (2, b"")
+    assert b"reader" in done.stderr and b"Copy it again" in done.stderr
 
 
 def test_a_picture_and_a_report_come_from_the_process(ridgewave: RunsRidgewave, tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ import soundfile
 from synth.scene.catalogue import catalogue, lookup
 from synth.scene.scene import parse_scene
 from tests.conftest import RunsRidgewave
+from tests.few import thorough
 
 
 def test_textures_lists_every_entry_with_its_source(ridgewave: RunsRidgewave) -> None:
@@ -125,7 +126,7 @@ def test_serve_beyond_loopback_without_a_key_does_not_start(ridgewave: RunsRidge
     assert b"Traceback" not in done.stderr
 
 
-@pytest.mark.parametrize(("closed", "code"), [((2,), 0), ((0, 2), 0), ((1,), 1), ((1, 2), 1)])
+@pytest.mark.parametrize(("closed", "code"), [thorough((2,), 0), ((0, 2), 0), ((1,), 1), thorough((1, 2), 1)])
 def test_closed_standard_streams_are_no_bug(
     ridgewave: RunsRidgewave, tmp_path: Path, closed: tuple[int, ...], code: int
 ) -> None:
@@ -140,20 +141,23 @@ def test_closed_standard_streams_are_no_bug(
     assert soundfile.info(tmp_path / "out.wav").frames == 96_000
 
 
-@pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
+@pytest.mark.parametrize(
+    ("encoding", "name", "escaped"),
+    [
+        ("utf-8", "\udcff.wav", rb"\udcff.wav"),
+        ("latin-1", "\u03bb.f32", rb"\u03bb.f32"),
+        thorough("utf-8", "\u03bb.f32", "\u03bb.f32".encode()),
+        thorough("latin-1", "\udcff.wav", rb"\udcff.wav"),
+    ],
+    ids=ascii,
+)
 def test_names_that_the_encoding_of_the_output_lacks_are_printed_as_escapes(
-    ridgewave: RunsRidgewave, tmp_path: Path, environment: dict[str, str], encoding: str
+    ridgewave: RunsRidgewave, tmp_path: Path, environment: dict[str, str], encoding: str, name: str, escaped: bytes
 ) -> None:
     own = {"XDG_DATA_HOME": str(tmp_path / ".data"), "PYTHONIOENCODING": f"{encoding}:strict"}
     output = {"env": {**environment, **own}}
-    for name, escaped in (
-        ("\udcff.wav", rb"\udcff.wav"),
-        ("\u03bb.f32", "\u03bb.f32".encode(encoding, "backslashreplace")),
-    ):
-        done = ridgewave("render", "grating-1mm-31um", "-o", name, **output)
-        assert (done.returncode, done.stdout.startswith(escaped)) == (0, True), done.stderr
-        assert (tmp_path / name).exists()
-        listed = json.loads(
-            ridgewave("render", "grating-1mm-31um", "-o", name, "--json", **output).stdout.decode(encoding)
-        )
-        assert listed["file"].endswith(name)
+    done = ridgewave("render", "grating-1mm-31um", "-o", name, **output)
+    assert (done.returncode, done.stdout.startswith(escaped)) == (0, True), done.stderr
+    assert (tmp_path / name).exists()
+    listed = json.loads(ridgewave("render", "grating-1mm-31um", "-o", name, "--json", **output).stdout.decode(encoding))
+    assert listed["file"].endswith(name)

@@ -11,6 +11,7 @@ import pytest
 from tests.clients.web.browser import watched
 from tests.clients.web.conftest import link_to, loaded
 from tests.clients.web.page_service import Breaker
+from tests.few import few
 from tests.service.harness import Running
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def on_screen(browser: Browser, url: str, size: tuple[int, int]) -> Iterator[Pag
         yield page
 
 
-@pytest.mark.parametrize("screen", SCREENS)
+@pytest.mark.parametrize("screen", few(SCREENS, 2))
 def test_no_status_moves_the_pad_under_a_finger(chromium: Browser, service: Running, screen: str) -> None:
     with (
         Breaker(service.url) as breaker,

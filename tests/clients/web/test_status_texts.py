@@ -188,7 +188,7 @@ def test_a_service_that_was_restarted_goes_on_and_says_so(kept_touch_page: Page,
 
 def test_a_service_without_room_is_waited_for(kept_touch_page: Page) -> None:
     page = kept_touch_page
-    settings = {**roomy_settings(), "max_sessions": 1}
+    settings = {**roomy_settings(), "max_sessions": 1, "resume": 1.0}
     with serving_pages(kept_engine(), **settings) as full, opened(page, full.url, link_to({})) as breaker:
         until(lambda: full.service.warm, START)
         holder = page.context.new_page()

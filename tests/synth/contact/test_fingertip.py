@@ -218,7 +218,7 @@ def test_hard_fingertips_render_or_say_what_to_write() -> None:
 
 
 def test_no_load_is_silence_and_a_stroke_that_lifts_ends_in_zeros() -> None:
-    finger = {**FINGERTIP, "contact_length": "4 mm"}
+    finger = {**FINGERTIP, "contact_length": "2 mm"}
     values = rw.render({"finger": finger, "scan": {"load": 0.0}, "output": {"duration": 0.05}}).values
     assert not values.any()
     scan = {"trajectory": [[0, 0, 0.3], [0.1, 0.008, 0.3], [0.15, 0.012, 0.0], [0.3, 0.02, 0.0]]}

@@ -75,7 +75,7 @@ def check_against_the_oracle(scene: Scene, contact: Contact, load: float, theta:
     assert touching * length == pytest.approx([each.length for each in wanted], abs=1e-5 * length)
 
 
-@pytest.mark.parametrize("seed", few(range(24), 12))
+@pytest.mark.parametrize("seed", few(range(24), 6))
 def test_random_growing_contacts_agree_with_the_oracle(seed: int) -> None:
     random = np.random.default_rng(seed)
     scene, exponent, load = random_scene(random), float(random.choice([0.0, *EXPONENTS])), spread(random, 1e-4, 50)

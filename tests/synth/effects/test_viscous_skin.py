@@ -169,9 +169,10 @@ def test_slow_scans_are_elastic() -> None:
     assert changes[0] > 1.5 * changes[1] > 2.25 * changes[2] or changes[2] <= 2e-3
 
 
-def test_on_corners_the_error_of_the_points_is_told() -> None:
+@pytest.mark.parametrize("length", ["1.6 mm", thorough("3.15 mm")])
+def test_on_corners_the_error_of_the_points_is_told(length: str) -> None:
     document: dict[str, Any] = {
-        "finger": {"ridge_period": "0.44 mm", "ridge_amplitude": "24 um", "contact_length": "3.15 mm"},
+        "finger": {"ridge_period": "0.44 mm", "ridge_amplitude": "24 um", "contact_length": length},
         "texture": {"kind": "grating", "period": "0.5 mm", "height": "31 um", "duty": 0.7, "ramp": "86 um"},
         "scan": {"speed": "125 mm/s", "load": "0.17 N"},
         "effects": {"viscous_skin": {"time_constant": "1.2 ms"}},
