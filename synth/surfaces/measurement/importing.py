@@ -32,6 +32,7 @@ TILTED = 0.9  # rms of the tilt relative to Rq, above which a note mentions it; 
 CLOSEST, FARTHEST = 1e-12, 1e6  # m, allowed spacing that a file states: from a hundredth of an atom to a planet
 STATED = "nothing here: the file states it"
 LEAVE = "Leave it out."
+UPWARDS = "heights that count upwards"
 MARKS = (
     9999.0,
     99999.0,
@@ -172,6 +173,8 @@ def _in_metres(found: SurfaceFile, options: ImportOptions) -> tuple[Heights, tup
     Raises InvalidRequest for a missing option, and for an option whose value the file states.
     """
     faults: list[Fault] = []
+    if found.doubt and options.unit is None:
+        faults.append(_doubted(found))
     units = _units(found, options, faults)
     spacing = _spacing(found, options, units[0], faults)
     factor = _height_factor(found, options, units[1], spacing, faults)
@@ -180,6 +183,21 @@ def _in_metres(found: SurfaceFile, options: ImportOptions) -> tuple[Heights, tup
     if faults:
         raise InvalidRequest(faults)
     return found.heights * factor, spacing, units
+
+
+def _doubted(found: SurfaceFile) -> Fault:
+    """Return the fault of heights whose name has words that are not understood."""
+    has_x = found.spacing is not None or found.positions is not None
+    along = (found.spacing_unit or found.unit) if has_x else found.unit
+    spelled = {UNSTATED: "mm"} | {unit: "um" for unit in UNITS if UNITS[unit] == UNITS["um"]}
+    written = [spelled.get(one, one) for one in (along, found.unit) if one]
+    how = f'write unit = "{", ".join(dict.fromkeys(written))}"'
+    if found.unit is None:
+        how = "write their unit"
+    elif not set(written) <= set(WRITTEN_UNITS):
+        how = f"write their name with the unit alone: z [{found.unit}]"
+    hint = f"If its numbers are {UPWARDS}, {how}. Else correct the file."
+    return _fault("unit", found.doubt, "heights whose name is understood, or a unit that confirms them", hint)
 
 
 def _positions(found: SurfaceFile, spacing: tuple[float, ...], unit: str | None) -> Heights:
@@ -301,6 +319,8 @@ def _report(
     roughness = roughness_of(heights, spacing)
     counts = heights.shape[::-1]  # columns, then rows, as spacing and size
     notes = list(found.notes)
+    if found.doubt:
+        notes.append(f"{found.doubt[0].upper()}{found.doubt[1:]}, was read as {UPWARDS}")
     if found.tagged and found.spacing is not None and options.pixel is not None:
         notes.append("The given distance replaces that of the resolution tag")
     stated = found.unit if found.unit != "pixel" else None

@@ -14,7 +14,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from synth.surfaces.readers.header_factors import in_name
+from synth.surfaces.readers.name_remainder import sign_or_number, unknown_words
 from synth.surfaces.readers.surface_file import UNITS, unit_named
 
 NOT_LENGTHS = re.compile(
@@ -44,10 +44,11 @@ ALONG = re.compile(
 )
 ACROSS = re.compile(r"(?i:y ?[0-9]*|y[ _-].*|y-?(?:axis|coord|pos|value).*)")
 HEIGHT = re.compile(
-    r"(?i:z ?[0-9]*|z[ _-].*|z-?(?:axis|coord|pos|value|data|height).*|.*height.*|altitude.*|elevation.*|.*profile.*|"
-    r"h|depth.*|.*höhe.*|.*hoehe.*|tiefe.*|hauteur.*|profil.*|altura.*|topo.*|raw.*|primary.*|roughness.*|amplitude.*|"
-    r"высота.*|профиль.*|高さ.*|高度.*|výška.*|altezza.*)"
+    r"(?i:z ?[0-9]*|z[ _-].*|z-?(?:axis|coord|pos|value|data|height).*|.*height.*|altitude.*|elevation.*|vertical.*|"
+    r"h|depth.*|.*höhe.*|.*hoehe.*|tiefe.*|hauteur.*|.*profil.*|altura.*|topo.*|raw.*|primary.*|roughness.*|amplitude.*|"
+    r"высота.*|профил.*|高さ.*|高度.*|výška.*|altezza.*)"
 )
+DEPTH = re.compile(r"(?i).*(?:depth|tiefe).*")
 OPTICAL = re.compile(r"(?i:intensity.*|red|green|blue|r|g|b|colou?r.*|quality.*|valid.*|flag.*|confidence.*)")
 BRACKET = re.compile(r"[\[({<]\s*(?:in\s+)?([^\[\](){}<>]*?)\s*[\])}>]")
 IS_VALUED = re.compile(r"[\s:=;,|\"']*(?:is\s+)?[+-]?[0-9]")  # "Height [mm]: 5" is a size
@@ -55,6 +56,7 @@ UNIT_WITH_WORDS = re.compile(r"(\w{2,})(?:,|;|\s)\s*[^\W\d_][^\d*×/^]+")  # um,
 COMMENT_IN_BRACKETS = re.compile(r"[xyzXYZ]|[^\W\d_]{3,}(?:[ _-][\w ]*)?|[0-9]{0,3}|.*[^\W\d_]{4}.*")
 VALUE = re.compile(r"[+-]?[0-9][0-9.,]*\s*[^\W\d_]+")  # a number with a unit
 _WORDS = re.compile(r"[\s_:;=|]+")
+LONGEST_NAME = 200  # characters; a longer cell is no name
 SURE = 2  # letters of a unit that is no other word
 
 
@@ -65,25 +67,49 @@ class Column:
     name: as the header has it, or "".
     unit: a key of UNITS, "pixel", or None if the header states none.
     of_else: the whole cell, if it states what is no unit of length; else "".
+    doubt: what of the cell is not understood, as the beginning of a sentence, or "".
     """
 
     name: str = ""
     unit: str | None = None
     of_else: str = ""
+    doubt: str = ""
 
     @property
     def role(self) -> str:
         """One of "index", "x", "y", "height", "other" and "", told from the name."""
-        roles = (("index", INDEX), ("x", ALONG), ("y", ACROSS), ("height", HEIGHT), ("other", OPTICAL))
-        return next((role for role, names in roles if names.fullmatch(self.name.strip())), "")
+        lengths = (("x", ALONG), ("y", ACROSS), ("height", HEIGHT))
+        name = self.name.strip()
+        role = next((role for role, names in (("index", INDEX), *lengths) if names.fullmatch(name)), "")
+        without_number = re.sub(r"[\s_#.-]*[0-9]+$", "", name)
+        role = role or next((role for role, names in lengths if names.fullmatch(without_number)), "")
+        return role or ("other" if OPTICAL.fullmatch(name) else "")
+
+
+def is_height(name: str) -> bool:
+    """Return whether a name has a word for heights (y is one above two columns), and none for depths."""
+    words = re.findall(r"[^\W\d_]+", name)
+    is_known = any(names.fullmatch(word) for word in words for names in (HEIGHT, ACROSS))
+    return is_known and not DEPTH.fullmatch(name)
 
 
 def column_of(cell: str) -> Column:
     """Return the column that a cell of the header names."""
-    name, unit, understood = _in_brackets(cell) if BRACKET.search(cell) else _by_words(cell)
+    if len(cell) > LONGEST_NAME:
+        return Column(cell)
+    name, unit, understood, rest = _in_brackets(cell) if BRACKET.search(cell) else _by_words(cell)
     is_angle = ANGLE.fullmatch(name.strip()) and unit not in UNITS
-    wrong = not understood or is_angle or in_name(cell)
-    return Column(name, None if wrong else unit, cell if wrong else "")
+    if not understood or is_angle:
+        return Column(name, None, cell)
+    if sign := sign_or_number(rest, unit is not None, NOT_LENGTHS):
+        return Column(name, None, cell, _doubt(cell, sign))
+    may_be_height = is_height(name) or HEIGHT.fullmatch(name.strip())
+    words = unknown_words(rest, NOT_LENGTHS, (HEIGHT, ALONG, ACROSS, INDEX)) if may_be_height else ""
+    return Column(name, unit, doubt=_doubt(cell, words))
+
+
+def _doubt(cell: str, remainder: str) -> str:
+    return f"a column {cell[:60]!r}, in which {remainder[:60]!r} is not understood" if remainder else ""
 
 
 def units_beside_names(lines: list[str]) -> list[tuple[str, str]]:
@@ -93,24 +119,37 @@ def units_beside_names(lines: list[str]) -> list[tuple[str, str]]:
         for match in BRACKET.finditer(line):
             name = re.split(r"[:;,=\t|\])]|\s{2,}", line[: match.start()].strip(" _,;/\"'"))[-1].strip(" #%\"'")
             role, unit = Column(name).role, _unit(match[1])
-            if role in ("x", "y", "height") and unit in UNITS and not IS_VALUED.match(line[match.end() :]):
+            behind = line[match.end() :]
+            other = re.match(r"[^\t;,|\[({<]*(?P<bracket>[\[({<])?", behind)
+            cell = name + match[0] + ("" if not other or other["bracket"] else other[0])
+            understood = column_of(cell).unit == unit and not column_of(cell).doubt
+            if role in ("x", "y", "height") and unit in UNITS and understood and not IS_VALUED.match(behind):
                 found.append((role, str(unit)))
     return found
 
 
-def _in_brackets(cell: str) -> tuple[str, str | None, bool]:
-    """Return the name, the unit, and whether every bracket was understood."""
+def _in_brackets(cell: str) -> tuple[str, str | None, bool, str]:
+    """Return the name, the unit, whether every bracket was understood, and what remains beside the unit."""
     found = [(match[0][0], match[1]) for match in BRACKET.finditer(cell)]
     name = cell[: cell.index(found[0][0])].strip(" _:,;/")
     if not name and not any(_unit(text) for _, text in found):
-        return found[0][1], None, True  # a name in brackets
+        return found[0][1], None, True, cell  # a name in brackets
     units = {unit for _, text in found if (unit := _unit(text))}
     if len({UNITS.get(unit) for unit in units}) > 1:
-        return name, None, False
+        return name, None, False, ""
     if not units and all(_is_comment(sign, text, False) for sign, text in found):
-        return _by_words(BRACKET.sub(" ", cell).strip())
+        name, unit, understood, rest = _by_words(BRACKET.sub(" ", cell).strip())
+        return name, unit, understood, " ".join([rest, *(f"({text})" for _, text in found)])
     of_else = [text for sign, text in found if not _unit(text) and not _is_comment(sign, text, bool(units))]
-    return name, next(iter(units), None), not of_else
+    rest = BRACKET.sub(lambda match: f" ({_beside_unit(match[1])}) ", cell)
+    return name, next(iter(units), None), not of_else, rest
+
+
+def _beside_unit(text: str) -> str:
+    """Return the text of a bracket without its unit."""
+    if with_words := UNIT_WITH_WORDS.fullmatch(text):
+        return text[with_words.end(1) :] if _unit(text) else text
+    return "" if _unit(text) else text
 
 
 def _unit(text: str) -> str | None:
@@ -127,20 +166,20 @@ def _is_comment(sign: str, text: str, beside_unit: bool) -> bool:
     if NOT_LENGTHS.fullmatch(text) or text == "A":
         return False
     if beside_unit:
-        return not re.match(r"[x×*/]?\s*[0-9]+(?:\s*[x×*:].*)?$|[x×*]", text)
+        return True
     return (sign != "[" or text.isdigit()) and bool(COMMENT_IN_BRACKETS.fullmatch(text)) and not VALUE.match(text)
 
 
-def _by_words(cell: str) -> tuple[str, str | None, bool]:
-    """Return the name, the unit, and whether it was understood, of a cell without brackets."""
+def _by_words(cell: str) -> tuple[str, str | None, bool, str]:
+    """Return the name, the unit, whether it was understood, and what remains, of a cell without brackets."""
     parts = [part.strip() for part in re.split(r"[,;]", cell)]
     for place, part in enumerate(parts):
         name, unit, understood = _last_word(part)
         if not understood or (unit and (name or place)):
-            return name or parts[0], unit, understood
+            return name or parts[0], unit, understood, ", ".join([*parts[:place], name, *parts[place + 1 :]])
     words = _WORDS.split(re.sub(VALUE, " ", cell))
     lost = [word for word in words[1:] if len(word) >= SURE and word.lower() != "in" and unit_named(word)]
-    return cell, None, not lost
+    return cell, None, not lost, cell
 
 
 def _last_word(part: str) -> tuple[str, str | None, bool]:

@@ -4,7 +4,7 @@ Stage   SURFACES, from files.
 Model   A factor is a word such as "scale factor", "gain" or "Skalierung" with a number other than 1; a unit with a
         number ("Unit: 0.1 um"); a length of one count ("0.1 um/LSB"); or a multiplication of the heights.
         An inversion is "positive down", "inverted: yes" and the like. Both refuse the file: a factor may be applied
-        already, and only the user knows.
+        already, and only the user knows. `name_remainder` checks the names of columns.
 Source  This project's choice of words.
 Limits  "Gain" and "magnification" count only alone or with a word for the heights: microscopes state those of optics.
 """
@@ -15,18 +15,18 @@ import re
 
 from synth.surfaces.readers.surface_file import refuse_file
 
-_NUMBER = r"(?P<number>[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]{1,4})?)"
+_NUMBER = r"(?P<number>(?<![0-9])[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]{1,4})?)"
 _BEHIND = r"(?P<more>\s*(?:\^|:|\*\*)\s*[+-]?[0-9.]+|\s*[%x×]?)"
 _HEIGHTS = r"(?:z|y|heights?|vertical|signal|probe|gauge|amplifier|raw|data|values?|numbers?|höhen?|werte?|hauteurs?)"
 _COUNT = r"(?:digits?|counts?|bits?|lsb|adu|dn|gr[ae]y ?(?:levels?|values?)|increments?|inkrement)"
 _LENGTH = r"(?:[numµμk]?m|Å|inch|mil|microns?|[a-zµ]*met(?:er|re)s?)"
 _FACTOR = (
-    r"(?:[\w-]*scal(?:e|ing)(?:[\s_-]*(?:factor|z|height|data))?|[\w-]*(?:faktor|factor|facteur|fattore)|skalierung|échelle|echelle|"
+    r"(?:[\w-]{0,20}scal(?:e|ing)(?:[\s_-]*(?:factor|z|height|data))?|[\w-]{0,20}(?:faktor|factor|facteur|fattore)|skalierung|échelle|echelle|"
     r"escala|scala|multiplier|multiplikator|divisor|conversion|umrechnung|sensitivity|empfindlichkeit|"
     r"(?:bit|lsb|count|digit|dac|adc|raw)s?[\s_-]?(?:2|to)[\s_-]?[nuµm]m)"
 )
 _ALONE = (
-    r"(?:gain|amplif\w*|[\w-]*verst(?:ä|ae)rkung|magnification|[\w-]*vergr(?:ö|oe)(?:ß|ss)erung|(?:ü|ue)berh(?:ö|oe)hung|"
+    r"(?:gain|amplif\w*|[\w-]{0,20}verst(?:ä|ae)rkung|magnification|[\w-]{0,20}vergr(?:ö|oe)(?:ß|ss)erung|(?:ü|ue)berh(?:ö|oe)hung|"
     r"exaggeration|grossissement|guadagno|ganancia|усиление|масштаб|ma(?:ß|ss)stab|коэффициент|倍率)"
 )
 _OTHER_FACTOR = re.compile(
@@ -52,8 +52,8 @@ STATEMENTS = tuple(
         rf"\b(?:multipl\w*|divid\w*|multipliziert\w*)\s+(?:\w+\s+){{0,2}}?(?:with|by|mit|par|durch)?\s*{_NUMBER}{_BEHIND}",
         rf"\b{_HEIGHTS}\s*[*×·/]\s*{_NUMBER}{_BEHIND}",
         rf"{_NUMBER}(?P<more>)\s*[*×·]\s*(?:{_HEIGHTS}|{_COUNT})\b",
-        rf"[\])]\s*[*×x/]\s*{_NUMBER}{_BEHIND}",
-        rf"[\])]\s*{_NUMBER}(?P<more>\s*:\s*[0-9]+)(?![:0-9])",
+        rf"[\])] *[*×x/] *{_NUMBER}\b(?! *[\[(]){_BEHIND}",
+        rf"[\])] *{_NUMBER}(?P<more>\s*:\s*[0-9]+)(?![:0-9])",
     )
 )
 INVERSION = re.compile(
@@ -64,19 +64,9 @@ INVERSION = re.compile(
     r"|\(\s*(?:z\s+)?(?:inverted|flipped|negated|invertiert|downwards?|inv\.?)\s*\)"
     r"|\b(?:data|heights?|values?|numbers?|z)\s+(?:is|are|were|was)\s+(?:\w+\s+)?(?:depths?|inverted|negated|flipped|upside)\b"
     r"|\b(?:data|heights?|z|orientation|direction)\s*[:=\t;,]\s*(?:is\s+)?(?:inverted|negated|flipped|upside|depths?\b)"
-    r"|\bdepths?\s+(?:is\s+|are\s+)?positive|positive\s+depths?\b"
+    r"|\b(?:depth|valley|pit|groove|dent|hole)s?\s+(?:is\s+|are\s+)?positive|positive\s+(?:depth|valley|pit|groove|dent|hole)s?\b"
     r"|\b(?:sign|polarity|vorzeichen)\s*[:=\t;,]\s*(?:neg\w*|-|inver\w*|rever\w*)"
 )
-_IN_NAME = re.compile(
-    r"[*×·]\s*[0-9]|[0-9)]\s*[*×·]|/\s*[0-9]+(?![0-9.]*\s*[^\W\d_])|(?<=[\s)\]])[xX]\s*[0-9]+|[0-9]\s*:\s*[0-9]|10\^"
-    r"|[\[(]\s*[0-9.]+[eE][+-]?[0-9]+|[\[(]\s*10\s*[-−⁻]|^\s*-\s*[^\W\d_]|[\[(][^\])]*\sx\s*[0-9]"
-    r"|(?i:\b(?:inverted|flipped|negated|invertiert|inversé|positive down)\b)"
-)
-
-
-def in_name(cell: str) -> bool:
-    """Return whether the name of a column states a factor or an inversion."""
-    return bool(_IN_NAME.search(cell))
 
 
 def check_statements(lines: list[str]) -> None:

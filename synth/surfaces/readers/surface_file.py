@@ -60,7 +60,7 @@ SPELLINGS = {
     "Å": "angstrom angstroms ang ångström",
     "inch": 'in inches "',
     "mil": "mils thou",
-    "uin": "µin microinch microinches",
+    "uin": 'µin µ" u" microinch microinches',
 }
 """Other spellings of units, in small letters."""
 SHORT = 2  # letters of km, cm, mm, um, nm and pm, and of no word
@@ -73,6 +73,7 @@ def unit_named(text: str) -> str | None:
 
     Capitals decide where they make another unit: mm and MM are millimetres, Mm, Nm and nM are not.
     """
+    text = text.replace("\u2033", '"').replace("''", '"')
     text = unicodedata.normalize("NFKC", text.strip().rstrip(".").replace("\\u00B5", "\u00b5"))  # ㎛ is μm
     text = text.replace("\u03bc", "\u00b5").replace("\u00c2\u00b5", "\u00b5")  # UTF-8 that was read as Latin-1
     if text in UNITS:
@@ -101,6 +102,8 @@ class SurfaceFile:
     reading: of text, how it was read, as JSON values: encoding, separator, decimal sign, columns with their units.
     positions: of a profile with unequal steps, the x of each point, increasing, in `spacing_unit`; else None.
     measured_x: of a profile with equal steps, x of each point as the file has it, in `spacing_unit`, or None.
+    doubt: words beside the heights that are not understood, as the beginning of a sentence, or "". The user has to
+        confirm the unit.
     no_unit: why the numbers of a displacement map cannot be heights in a unit, or "".
     """
 
@@ -118,6 +121,7 @@ class SurfaceFile:
     reading: dict[str, Any] | None = None
     positions: Heights | None = None
     measured_x: Heights | None = None
+    doubt: str = ""
     no_unit: str = ""
 
 

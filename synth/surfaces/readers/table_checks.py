@@ -32,7 +32,7 @@ def with_corner(header: Header) -> tuple[Header, bool]:
     if len(parts) > 1 and column_of(corner).unit and "[" not in corner and "(" not in corner:
         parts = [corner]  # Height/um
     named = [Column(unit=unit_named(part)) if unit_named(part) else column_of(part) for part in parts]
-    if wrong := next((one.of_else for one in named if one.of_else), None):
+    if wrong := next((part for part, one in zip(parts, named, strict=True) if one.of_else or one.doubt), None):
         refuse_file(
             f"the corner {wrong[:60]!r} of a grid", "y [mm] \\ x [mm], or an empty corner", "Correct the corner."
         )

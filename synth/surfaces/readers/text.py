@@ -19,6 +19,7 @@ import csv
 import re
 import warnings
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import chain, islice
 from pathlib import Path
 from typing import Any, NoReturn, TextIO
@@ -46,6 +47,7 @@ MOST_HEADER = 300  # lines before the numbers
 LONGEST_HEADER = 1000  # characters of a line of the header that are looked at
 WITH_UNIT = re.compile(r"[+-]?[0-9.,]+ ?(?:[mnuµμ]?m|in|mil)")
 EMPTY_CELLS = re.compile(r"(?=.*[^\s])[\s;,|\"]+")
+FEWEST_COUNTED = 4  # heights below a first number that counts them; a smaller number is as likely a height
 SAMPLE = 100  # lines that decide how the numbers are written
 OTHER_PROGRAMS: tuple[bytes, ...] = (
     rb"\*File list",
@@ -104,10 +106,33 @@ def read(path: Path, _ending: str) -> SurfaceFile:
             values = _line_by_line(path, codec, form)
     except UnicodeError as error:
         refuse_file(f"text that is not whole in {encoding}", "text in one encoding", "Save it as UTF-8.", error)
+    values, note = _without_count(values, sample, form)
     stated = header_of(header, form, values.shape[1])
     if len(values) > 1 and not {"x", "y"} & {one.role for one in stated.columns}:
         _check_blocks(path, codec, values.shape[1])
-    return surface_of_table(values, form, stated, encoding)
+    found = surface_of_table(values, form, stated, encoding)
+    return replace(found, notes=(*found.notes, note)) if note else found
+
+
+def _without_count(values: np.ndarray[Any, Any], sample: list[str], form: Form) -> tuple[np.ndarray[Any, Any], str]:
+    """Return the numbers without a first one that counts the others in one column, and a note about the first, or "".
+
+    A first number with other decimals than all that follow stays, with a note.
+    """
+    others, columns = len(values) - 1, values.shape[1]
+    if columns != 1 or others < FEWEST_COUNTED or np.isnan(values[0, 0]):
+        return values, ""
+    first, *rest = (form.row(line)[0] for line in sample if is_numbers(line))
+    if first.isdigit() and values[0, 0] == others:
+        return values[1:], f"The first number, {first}, is how many follow, and was not read as a height"
+    if len({_decimals(number) for number in rest}) == 1 and _decimals(first) != _decimals(rest[0]):
+        is_read = f"The first number, {first}, has other decimals than those below, and was read as a height"
+        return values, f"{is_read}: if it is a spacing or a count, remove its line"
+    return values, ""
+
+
+def _decimals(number: str) -> int:
+    return len(number.lower().partition("e")[0].partition(".")[2])
 
 
 def _check_blocks(path: Path, codec: str, columns: int) -> None:

@@ -63,7 +63,10 @@ STATED = {
     key: re.compile(rf"(?i){_BEFORE_UNIT if key.startswith('unit') else _BEFORE}{words}{_VALUE}")
     for key, words in KEYS.items()
 }
-OF_OTHER_AXIS = re.compile(r"(?i)\b(?:y|z|time|vertical|height|stylus|cut-?off|wave)[\s_-]*")
+ALONG_X = re.compile(
+    r"(?i)(?:.*[.:=;,|\t])?[\W\d_]*(?:(?:measur\w*|nominal|mean|average|the|data|grid|points?|sampl\w*)\s*){0,3}"
+)
+"""Words before the name of a step that leave it the one along x; "Line spacing" and "Z resolution" are others."""
 COUNTED = re.compile(
     r"(?i)(?:pixels?|points?|values|data|drop-?outs?|outliers|missing|lost|fehlend\w*|fehlstellen)\s*[:=;,\t|]?\s*[0-9]+$"
 )
@@ -74,6 +77,10 @@ UNITS_OF_ROW = re.compile(r"(?i:units?|einheit(?:en)?|unités?|-+)")  # before t
 OF_TWO = re.compile(r"(?i)\W*units?\s*[:=]\s*([^\s,;]+)\s*[,;]\s*([^\s,;]+)\s*")  # Units: mm, um
 LINES_OF_NAMES = 12  # last lines of a header that can name the columns
 BEGINS_AS_NUMBER = re.compile(r"[+-]?[0-9.,]+(?:\s|$)")  # a value, which is no name of a column
+INCH = "\u2033"
+_QUOTED = re.compile(r'(^[\s#%!/*]*|[\t;,|]\s*|(?<=")\s+)"((?:[^"]|"")*)"(?=\s*(?:[\t;,|]|$)|\s+")')
+_OPEN_QUOTE = re.compile(r'(?:^|[\t;,|])\s*"[^"]*$')  # the cell ends in the next line
+_WAYS = (r"\t", ";", r"\|", r"\s{2,}", ",", r"(?<=[\])}>])\s*,?\s+")
 _PREFIX = re.compile(r"^[\s#%!'/*;]+")
 _VALUE_WITH_UNIT = re.compile(r".*(?:^|[\s;,])[+-]?[0-9][0-9.,]*[\s;,]+[^\W\d_]+\s*")  # no name of a column
 
@@ -107,16 +114,18 @@ class Header:
 
 def header_of(lines: list[str], form: Form, columns: int) -> Header:
     """Return what `lines` state. Raises InvalidRequest for heights that are no lengths, and for a factor."""
-    total, lines = len(lines), _joined([line.translate(FULL_WIDTH) for line in lines])
+    total, lines = len(lines), [_inch_signs(line) for line in _joined([line.translate(FULL_WIDTH) for line in lines])]
     check_statements(lines)
     is_upwards = any(re.match(r"(?i)\s*yll(?:corner|center)\b", line) for line in lines)
     named = _columns(lines, form, columns) or _beside_counts(lines, form, columns)
+    if not any(one.unit for one in named):
+        _check_count(lines, columns)
     values: dict[str, tuple[str, str]] = {}
     for line in lines:
         text = line.replace('"', "").strip()
         for key, pattern in STATED.items():
             for match in pattern.finditer(text):
-                if key == "step" and OF_OTHER_AXIS.search(text[: match.start() + 1]):
+                if key == "step" and not ALONG_X.fullmatch(text[: match.start()]):
                     continue
                 if found := _value(key, match, text):
                     _check_same(key, values.setdefault(key, found), found)
@@ -164,11 +173,30 @@ def _joined(lines: list[str]) -> list[str]:
     """Return the lines, with those joined whose quotes hold the end of a line."""
     joined: list[str] = []
     for line in lines:
-        if joined and joined[-1].count('"') % 2:
+        if joined and _OPEN_QUOTE.search(joined[-1]):
             joined[-1] += f" {line}"
         else:
             joined.append(line)
     return joined
+
+
+def _inch_signs(line: str) -> str:
+    """Return a line whose quotation marks are those round cells; any other is the sign of inches, U+2033."""
+    marked = _QUOTED.sub(lambda match: f"{match[1]}\0{match[2].replace(chr(34) * 2, INCH)}\0", line)
+    return marked.replace('"', INCH).replace("\0", '"')
+
+
+def _check_count(lines: list[str], count: int) -> None:
+    """Refuse a line that names more columns than there are, two of them with units: which is which is not known."""
+    for line in lines[-LINES_OF_NAMES:]:
+        text = _PREFIX.sub("", line).replace('"', "")
+        cells = next((cells for way in _WAYS if len(cells := re.split(way, text)) > 1), [])
+        columns = [column_of(cell.strip()) for cell in cells if not re.search(r"[:=]\s*[+-]?[0-9]", cell)]
+        named = [one for one in columns if one.unit or one.of_else or one.role not in ("", "other")]
+        if len(named) > count and len(units_beside_names([line])) > 1:
+            found = f"{len(named)} names of columns, {text[:60]!r}, above {count} columns of numbers"
+            found = found.replace("1 columns", "one column") if count == 1 else found
+            refuse_file(found, "a name for each column", "Correct the line of names, or remove it and give the units.")
 
 
 def _beside_counts(lines: list[str], form: Form, count: int) -> tuple[Column, ...]:
@@ -223,7 +251,9 @@ def _columns(lines: list[str], form: Form, count: int) -> tuple[Column, ...]:
     units: list[str | None] | None = None
     for line in reversed(lines[-LINES_OF_NAMES:]):
         cells = _cells(line, form, count)
-        if cells is None or (_is_value(line) and not all(column_of(cell).unit for cell in cells)):
+        if cells is None:
+            continue
+        if _is_value(line) and not all(BRACKET.search(cell) or column_of(cell).unit for cell in cells):
             continue
         found = [_unit_alone(cell) for cell in cells]
         others = [cell for unit, cell in zip(found, cells, strict=True) if cell and not unit]
@@ -262,6 +292,8 @@ def _with_unit(column: Column, unit: str | None) -> Column:
 
 def _cells(line: str, form: Form, count: int) -> list[str] | None:
     """Return the cells of a line of names or units, or None if it does not have `count` of them."""
+    if '"' in line and len(quoted := replace(form, quoted=True).cells(line.lstrip("#%! "))) == count > 1:
+        return quoted
     text = _PREFIX.sub("", line).strip().replace('"', "")
     if count == 1:
         text = text.rstrip(",;| ")
@@ -274,7 +306,7 @@ def _cells(line: str, form: Form, count: int) -> list[str] | None:
     if line.count(form.separator) == count - 1 and form.separator != " ":
         text = line.replace('"', "")  # an empty first cell counts
     ways: tuple[str, ...] = (re.escape(form.separator) if form.separator != " " else r"\s{2,}|\t",)
-    ways += (r"\t", ";", r"\|", ",", r"\s{2,}", r"\s+(?![\[(])", r"[\s,]+(?![\[(])", r"(?<=[\])])\s+(?=[\[(])")
+    ways += (r"\t", ";", r"\|", ",", r"\s{2,}", r"\s+(?![\[({<])", r"[\s,]+(?![\[({<])", r"(?<=[\])])\s+(?=[\[(])")
     for way in ways:
         cells = [cell.strip(" '") for cell in re.split(way, text)]
         while len(cells) > count and not cells[-1]:
@@ -283,7 +315,7 @@ def _cells(line: str, form: Form, count: int) -> list[str] | None:
             cells.pop()
         if len(cells) == count:
             return cells
-    pairs = text.split()
+    pairs = re.split(r"[\s,;]+", text)
     if len(pairs) == 2 * count and all(unit_named(word) for word in pairs[1::2]):
         return [f"{name} [{unit}]" for name, unit in zip(pairs[::2], pairs[1::2], strict=True)]
     return None
@@ -292,7 +324,9 @@ def _cells(line: str, form: Form, count: int) -> list[str] | None:
 def _has_one_more(cells: list[str]) -> bool:
     """Return whether the last name has no column: LabVIEW names a comment, whose cells may be absent."""
     *columns, last = map(column_of, cells)
-    return not last.unit and last.role in ("", "other") and any(one.unit or one.of_else or one.role for one in columns)
+    is_unit = last.unit or _unit_alone(cells[-1])
+    is_named = any(one.unit or one.of_else or one.role for one in columns)
+    return not is_unit and last.role in ("", "other") and is_named
 
 
 def _unit_alone(cell: str) -> str | None:

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from synth.surfaces.readers.column_names import Column
+from synth.surfaces.readers.column_names import Column, is_height
 from synth.surfaces.readers.lattice import profile_of_pairs, surface_of_triples
 from synth.surfaces.readers.number_forms import SEPARATORS, Form
 from synth.surfaces.readers.surface_file import UNITS, UNSTATED, SurfaceFile, check_shape, finite_heights, refuse_file
@@ -138,7 +138,8 @@ def _of_columns(values: np.ndarray[Any, Any], roles: tuple[str, ...], header: He
     columns = header.columns or (Column(),) * len(roles)
     for one, role in zip(columns, roles, strict=True):
         if role and one.of_else:
-            refuse_file(f"a column {one.of_else[:60]!r}", "columns in a unit of length", HOW_TO_NAME)
+            allowed = "heights upwards without a factor" if one.doubt else "columns in a unit of length"
+            refuse_file(one.doubt or f"a column {one.of_else[:60]!r}", allowed, HOW_TO_NAME)
     units = [one.unit for one in columns]
     if numbered_places(columns):
         units = [unit if role == "height" else "pixel" for unit, role in zip(units, roles, strict=True)]
@@ -152,6 +153,7 @@ def _of_columns(values: np.ndarray[Any, Any], roles: tuple[str, ...], header: He
         values = _in_unit_of_x(values, roles, units)
     of_heights = None if of_heights == "pixel" else of_heights
     notes = _notes(columns, roles)
+    doubt = columns[roles.index("height")].doubt
     channel = header.values.get("channel", ("", ""))[1]
     if "x" not in roles:
         if values.size == 1:
@@ -162,7 +164,7 @@ def _of_columns(values: np.ndarray[Any, Any], roles: tuple[str, ...], header: He
         spacing, unit = _step(header)
         unit = UNSTATED if unit is None and of_heights is not None else unit
         found = SurfaceFile("text", layout, heights, missing, of_heights, spacing and spacing[:1], unit)
-        return replace(found, channel=channel, notes=notes)
+        return replace(found, channel=channel, notes=notes, doubt=doubt)
     order = [roles.index(role) for role in ("x", "y", "height") if role in roles]
     chosen = values[:, order]
     number = {1: "one column", 2: "two columns", 3: "three columns"}.get(len(roles), f"{len(roles)} columns")
@@ -176,7 +178,7 @@ def _of_columns(values: np.ndarray[Any, Any], roles: tuple[str, ...], header: He
         unstated = UNSTATED if along is None and of_heights is not None else along
         found = replace(found, spacing_unit=unstated)
         _check_step(found, header)
-    return replace(found, channel=channel, notes=(*found.notes, *notes))
+    return replace(found, channel=channel, notes=(*found.notes, *notes), doubt=doubt)
 
 
 def _in_unit_of_x(
@@ -198,8 +200,10 @@ def _notes(columns: tuple[Column, ...], roles: tuple[str, ...]) -> tuple[str, ..
     notes: tuple[str, ...] = (f"Columns that were not read: {', '.join(left)[:120]}",) if left else ()
     if not all(roles) and not any(one.name for one in columns):
         notes += ("The first column counts the points, and was not read",)
-    if columns[roles.index("height")].name.lower().startswith(("depth", "tiefe")):
-        notes += ("A column of depths was read as heights: if its numbers count downwards, change their sign",)
+    heights = columns[roles.index("height")]
+    if heights.name and not is_height(heights.name) and (heights.unit or len(roles) > 1):
+        of_else = f"The column {heights.name[:60]!r} was read as heights"
+        notes += (f"{of_else}: if its numbers are depths, or count downwards, change their sign",)
     return notes
 
 

@@ -52,3 +52,11 @@ def test_a_data_folder_that_cannot_be_written_is_named(
 def test_a_file_that_cannot_be_read_is_named(ridgewave: RunsRidgewave) -> None:
     done = ridgewave("import", "none.npy", "--unit", "um")
     assert done.returncode == 2 and b"got no file 'none.npy'" in done.stderr
+
+
+def test_a_word_that_is_not_understood_is_printed_with_what_to_write(ridgewave: RunsRidgewave, tmp_path: Path) -> None:
+    (tmp_path / "wear.txt").write_text("Path (mm)\tHeight lost (um)\n0\t1.5\n0.1\t2\n0.2\t1\n")
+    done = ridgewave("import", "wear.txt", "--dry-run", cwd=tmp_path)
+    assert done.returncode == 2 and b"'lost' is not understood" in done.stderr and b'unit = "mm, um"' in done.stderr
+    done = ridgewave("import", "wear.txt", "--dry-run", "--unit", "mm, um", cwd=tmp_path)
+    assert done.returncode == 0 and b"'lost' is not understood, was read as heights" in done.stdout + done.stderr
