@@ -44,7 +44,7 @@ class ChannelPlan:
     order: order of the time derivative of z.
     full_scale: SI value of a sample of 1.0.
     error: largest error, relative to `extent`.
-    extent: peak-to-peak at the scan's speed and load, SI.
+    extent: peak-to-peak at the scan's speed and load, SI; of a moving file that is still there, twice its own peak.
     reader: reader of the steady scan, in SI units; None for a moving scan.
     level: for the approach, the mean of z over a period at the scan's load, m, which is added to the displacement; 0
         for other quantities.
@@ -97,6 +97,10 @@ class SteadyScan(Request):
         scan = self.scene.scan  # the gate does not apply to a finger that pulls
         return float(gate(scan.load, scan.lift_load)) if scan.load >= 0.0 else 1.0
 
+    def least(self, order: int) -> float:
+        """Return the time derivative of SMALLEST_MOTION at the texture's own frequency, SI."""
+        return SMALLEST_MOTION * (2.0 * math.pi * abs(self.turns)) ** order
+
     def planned(self, channel: Channel, peaks: Mapping[int, float], *, still: bool = False) -> ChannelPlan:
         """Return the plan of one channel, with its reader and its total error.
 
@@ -108,6 +112,8 @@ class SteadyScan(Request):
         series = self.series(order)
         extent, peak = extent_and_peak(series)
         peak = peaks.get(order, peak)
+        if self.moving and not self.live and extent <= self.least(order):
+            extent = max(2.0 * peak, self.least(order))  # the steady motion is no measure of the file
         if still and (self.by_hand or channel.quantity != APPROACH):
             peak = self.scene.texture.amplitude * (2.0 * math.pi * abs(self.turns)) ** order
         reader = None if self.moving else SeriesCurve(series)

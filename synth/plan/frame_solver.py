@@ -35,7 +35,7 @@ from synth.contact.load_balance import Contact
 from synth.motion.motion import LOAD, Motion
 from synth.motion.scan_motion import ScanMotion
 from synth.response.mean_approach import Mean
-from synth.response.spectrum import Demand, Spectrum, solve_spectrum
+from synth.response.spectrum import Demand, Spectrum, curves, points_for, solve_spectrum
 from synth.scene.scene import Scene
 from synth.surfaces.height_field import HeightField
 
@@ -112,7 +112,8 @@ def plan_frames(
     spared = [min(max((max(one.errors) / demand.tolerance) ** (1.0 / FALL), 0.5), 1.0) for one in series]
     phases = max(FEWEST_PHASES, *(one.phases * part for one, part in zip(series, spared, strict=True)))
     errors = tuple(
-        max(one.errors[place] * (one.phases / phases) ** FALL for one in series) for place in range(len(demand.orders))
+        max(_error(one, place, demand) * (one.phases / phases) ** FALL for one in series)
+        for place in range(len(demand.orders))
     )
     rate = scene.output.sample_rate / stride_of(scale)
     fastest = motion.fastest() / contact.geometry.texture_period  # periods per second
@@ -123,6 +124,14 @@ def plan_frames(
         count = max(1, math.ceil(phases * fastest / rate))
     solution = solution_nanoseconds(contact) if varies or solved else CURVE_READ
     return counted(scene, demand.orders, tolerance, scale, count, errors, solution)
+
+
+def _error(series: Spectrum, place: int, demand: Demand) -> float:
+    """Return the error of one of the orders, relative to its peak-to-peak; one of a still finger is as of `still`."""
+    order = demand.orders[place]
+    extent = float(np.ptp(curves(series.harmonics[: demand.highest + 1], order, points_for(demand.highest))))
+    least = demand.still * (2.0 * math.pi) ** order
+    return series.errors[place] * (extent / least if extent < least else 1.0)
 
 
 def counted(
@@ -175,6 +184,7 @@ class FrameSolver:
     count: number of solutions per `stride` frames.
     scale: the kept band, as a part of the whole band.
     whole: as of `ScanMotion`.
+    margin: frames on each side of a chunk at the full band.
     chunk: number of frames that are solved together; `longest` at most, but no shorter than the margins.
     """
 
@@ -189,13 +199,14 @@ class FrameSolver:
         scale: float,
         stride: int = 1,
         longest: int = MOST_TOGETHER,
+        margin: int = MARGIN,
         whole: bool = False,
     ) -> None:
         self._heights, self._scan, self._period = heights, scene.scan, scene.texture.period
         self._rate, self._count, self._stride, self._scale = rate, count, stride, scale
         self._motion = ScanMotion(scene, rate * count / stride, whole=whole)
         self._frames = ScanMotion(scene, rate, whole=whole)
-        self._margin = _multiple(math.ceil(MARGIN / scale), stride)
+        self._margin = _multiple(math.ceil(margin / scale), stride)
         room = min(TOGETHER * stride // count - 2 * self._margin, longest)
         self.chunk = _multiple(max(2 * self._margin, min(room, max(CHUNK, 4 * self._margin))), stride)
         self._mean = mean
@@ -210,20 +221,26 @@ class FrameSolver:
         """Number of solutions of a chunk, with its margins."""
         return (self.chunk + 2 * self._margin) // self._stride * self._count
 
+    def touching(self, number: int) -> int:
+        """Return how many solutions of chunk `number` are solved: those at which the finger touches."""
+        return int(np.count_nonzero(self._along(number).samples[LOAD] > 0.0))
+
     def solved(self, number: int, orders: tuple[int, ...]) -> Array:
         """Return the frames of chunk `number`: the time derivative of each of `orders`, SI, float64 [orders, chunk].
 
         The order WITH_MEAN is z itself, with its mean.
         """
         frames, own = self.chunk + 2 * self._margin, slice(self._margin, self._margin + self.chunk)
-        first = (number * self.chunk - self._margin) // self._stride * self._count
-        motion = self._motion.at(first, self.solutions)
-        value, mean = self._gated(motion)
+        value, mean = self._gated(self._along(number))
         touching = self._frames.at(number * self.chunk, self.chunk).samples[LOAD] > 0.0
         return np.array([
             self._limited(value + mean if order == WITH_MEAN else value, frames, max(order, 0))[own] * touching
             for order in orders
         ])  # fmt: skip
+
+    def _along(self, number: int) -> Motion:
+        """Return the motion at the solutions of chunk `number`."""
+        return self._motion.at((number * self.chunk - self._margin) // self._stride * self._count, self.solutions)
 
     def _gated(self, motion: Motion) -> tuple[Array, Array]:
         """Return y and the mean that is subtracted from z (both m, gated), at each frame of a motion."""

@@ -5,8 +5,8 @@ Model   Where the load begins or ends, z changes within a fraction of a millisec
         most within RISE is solved with the planned number of solutions and with twice as many. The change is the folded
         error. While it exceeds its share of the tolerance, there are more solutions, within the limits on work and
         memory of `frame_solver`, and up to MOST_FINER times as many. What remains is part of the errors. Numbers that
-        take more than LONGEST are not solved here: the error is then extrapolated. A steady motion below 1 nm counts as
-        1 nm.
+        take more than LONGEST are not solved here: the error is then extrapolated. If the steady motion is below 1 nm,
+        the error is relative to the motion about the place.
 Source  design, section 4. In some 40 recordings (three fingers, landings of 2 to 30 ms) the error was 0.8 to 1.2 times
         the change.
 Limits  Only the quickest place is solved, and not at the tightest tolerances, where MANY solutions take longer than
@@ -24,7 +24,7 @@ from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.motion.motion import LOAD
 from synth.motion.scan_motion import ScanMotion
-from synth.plan.channels import SMALLEST_MOTION, SteadyScan, extent_and_peak
+from synth.plan.channels import SteadyScan, extent_and_peak
 from synth.plan.frame_solver import (
     FALL,
     FOLDED,
@@ -59,11 +59,8 @@ def at_landings(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mea
     mean: mean of z over a period, as for `FrameSolver`.
     """
     scene, place = steady.scene, _quickest(steady.scene)
-    extents = np.array([extent_and_peak(steady.series(order))[0] for order in steady.orders])
-    if place is None or not extents.all():
+    if place is None:
         return plan
-    turns = 2.0 * math.pi * abs(steady.turns)
-    extents = np.maximum(extents, [SMALLEST_MOTION * turns**order for order in steady.orders])
     solution = 1e-9 * (solution_nanoseconds(contact) + FRAME_SETUP)
     strides = 4.0 * MARGIN / (plan.scale * plan.stride)  # of a chunk with its margins
     most = min(MOST_TOGETHER / strides, plan.count * PATIENCE / (plan.work * scene.output.duration))
@@ -79,6 +76,14 @@ def at_landings(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mea
         return solver.solved(math.floor(place * rate / solver.chunk), steady.orders)
 
     count, allowed = max(1, math.floor(min(plan.count, looked))), FOLDED_SHARE * tolerance
+    extents = np.array([extent_and_peak(steady.series(order))[0] for order in steady.orders])
+    least = np.array([steady.least(order) for order in steady.orders])
+    if np.any(extents <= least):  # then the steady motion is no measure
+        own = np.where(extents <= least, np.maximum(np.ptp(at_place(count), axis=1), least), extents)
+        if not own.all():
+            return plan
+        plan = replace(plan, errors=tuple((np.array(plan.errors) * np.maximum(extents, least) / own).tolist()))
+        extents = own
     for step in range(ROUNDS + 1):
         error = OVER_CHANGE * np.max(np.abs(at_place(2 * count) - at_place(count)), axis=1) / extents
         excess = float(np.max(error)) / allowed

@@ -18,8 +18,9 @@ from synth.plan.channels import APPROACH, SteadyScan
 from synth.plan.direct_plan import AREA_MEAN_TOLERANCE, MEAN_TOLERANCE, over_area
 from synth.plan.direct_plan import MEANS as AREA_MEANS
 from synth.plan.direct_plan import PLACES as AREA_PLACES
-from synth.plan.frame_solver import WITH_MEAN
-from synth.plan.motion_peak import differs_from_cruise, peaks_along
+from synth.plan.frame_solver import WITH_MEAN, FramePlan
+from synth.plan.landing import at_landings
+from synth.plan.motion_peak import OVERSAMPLING, differs_from_cruise, peaks_along
 from synth.plan.request import Request, harmonics_in_band
 from synth.response.mean_approach import Mean, mean_curve, mean_over_area
 from synth.response.series_curve import SeriesCurve
@@ -32,13 +33,14 @@ PLACES = 512  # places of a long surface at which the peaks of displacement and 
 
 
 def own_motion(
-    asked: SteadyScan, series: Contact, contact: Contact, tolerance: float
-) -> tuple[Mean | None, dict[int, float], str]:
-    """Return the mean of z, the peak of each order along the scan's own motion, and a warning about them or "".
+    asked: SteadyScan, series: Contact, contact: Contact, tolerance: float, frames: FramePlan | None
+) -> tuple[Mean | None, FramePlan | None, dict[int, float], str]:
+    """Return the mean of z, the plan of the frames, the peak of each order along the own motion, and a warning or "".
 
     If the scan's own speed and load determine the peaks, the mean is None and only a long surface has peaks.
 
     series: contact of one period of the series; `contact` is on the whole surface.
+    frames: how a file is solved, without its landings.
     """
     scene, listed = asked.scene, asked.scene.output.channel_list
     approach, long = has_approach(scene), asked.stretch is not None
@@ -48,15 +50,18 @@ def own_motion(
     # in the turns more harmonics are in the band; a file is as loud as its own frames
     differs = still or not asked.live or differs_from_cruise(scene)
     if asked.by_hand or not asked.moving or not (approach or long or differs):
-        return None, peaks, ""
+        return None, frames, peaks, ""
     mean = own_mean(asked, contact, tolerance)
+    if frames is not None and scene.scan.trajectory is not None and asked.load_varies:
+        frames = at_landings(asked, frames, contact, mean, tolerance)
     if all(channel.full_scale for channel in listed) or not (approach or differs):
-        return mean, peaks, ""
+        return mean, frames, peaks, ""
     known = tuple(sorted({0, *asked.orders, *({WITH_MEAN} if approach else ())}))
     of_series = not (asked.live or asked.load_varies or long or over_area(asked))  # as `voice.solved_frames` reads it
     read = SeriesCurve(asked.spectrum.harmonics).heights if of_series else None
-    found, warning = peaks_along(contact, scene, mean, known, series, read, whole=asked.live)
-    return mean, dict(zip(known, found.tolist(), strict=True)), warning
+    count = OVERSAMPLING if frames is None else frames.count
+    found, warning = peaks_along(contact, scene, mean, known, series, read, count=count, whole=asked.live)
+    return mean, frames, dict(zip(known, found.tolist(), strict=True)), warning
 
 
 def own_mean(asked: Request, contact: Any, tolerance: float) -> Mean:

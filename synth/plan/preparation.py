@@ -28,7 +28,7 @@ from synth.motion.motion import LARGEST_LOAD
 from synth.motion.recorded_motion import rendered_part
 from synth.motion.scan_motion import ScanMotion
 from synth.perception.threshold import imperceptible_tolerance
-from synth.plan.channels import NEARLY, SMALLEST_MOTION, ChannelPlan, SteadyScan, spendable
+from synth.plan.channels import NEARLY, PEAK, SMALLEST_MOTION, ChannelPlan, SteadyScan, spendable
 from synth.plan.direct_plan import (
     DirectPlan,
     affordable,
@@ -41,9 +41,8 @@ from synth.plan.effect_choice import SimulationCase, outputs_of
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, shape_for, simulated_channel
 from synth.plan.frame_solver import FramePlan, plan_frames
-from synth.plan.landing import at_landings
 from synth.plan.motion_peak import differs_from_cruise
-from synth.plan.own_motion import has_approach, own_mean, own_motion, pressed
+from synth.plan.own_motion import has_approach, own_motion, pressed
 from synth.plan.path_frames import beside_cells, cells_along_line, cells_along_path, first_cells, path_frames
 from synth.plan.process_start import begun
 from synth.plan.request import N_MAX, Request, harmonics_in_band
@@ -67,6 +66,7 @@ OF_LEVELS = 2e-2  # least tolerance of a series that gives only the levels of a 
 LONGEST_WHOLE = 1.0  # m: longest period over which effects are solved: the longest of a texture that is not a profile
 WIDE = 64  # harmonics in the band: a live scan of an area with more is solved along its path, as its series takes long
 FELT = 0.1  # of the peak-to-peak: smaller errors cause no warning, as a hand distinguishes amplitudes by 0.1 to 0.25
+OFF_LEVEL = 0.025  # of the peak, so that it is 0.78 to 0.82: a larger error is told as one of the level
 EXACT = 1e-6  # tolerance of "exact": the folded error below 0.40 of the rate (design, section 4)
 
 
@@ -205,7 +205,16 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
     on_surface = None if asked.stretch is None else on_whole(contact, scene)
     solved = replace(solved, tolerance=tolerance, contact=contact, on_surface=on_surface)
     steady = SteadyScan(*asked.request, spectrum)
-    mean, peaks, partly = own_motion(steady, contact, solved.whole, tolerance)
+    frames = None
+    if asked.moving and not asked.live:
+        scale = min(1.0, scene.output.band_limit / (BAND * scene.output.sample_rate))
+        if over_area(asked):
+            frames = path_frames(asked, contact, cells, tolerance, scale)
+        else:
+            known = pressed(scene), spectrum
+            frames = plan_frames(contact, scene, demand, known, left, scale, solved=asked.stretch is not None)
+            frames = frames and frames.with_errors(cells[list(asked.orders)])
+    mean, frames, peaks, partly = own_motion(steady, contact, solved.whole, tolerance, frames)
     still = above_band(asked) or steady.silence(peaks)
     if still and not asked.by_hand:
         if not has_approach(scene):
@@ -218,15 +227,6 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
     missed = tuple(text for text in (steady.warning(channel, tolerance) for channel in reported) if text)
     if scene.accuracy.tolerance == "imperceptible" and tolerance <= TIGHTEST:
         missed += (f"A tolerance of {TIGHTEST:g}, the tightest allowed, may leave an error that is felt.",)
-    frames = None
-    if asked.moving and not asked.live:
-        scale = min(1.0, scene.output.band_limit / (BAND * scene.output.sample_rate))
-        if over_area(asked):
-            frames = path_frames(asked, contact, cells, tolerance, scale)
-        else:
-            known = pressed(scene), spectrum
-            frames = plan_frames(contact, scene, demand, known, left, scale, solved=asked.stretch is not None)
-            frames = frames and frames.with_errors(cells[list(asked.orders)])
     warnings = (*solved.warnings, *missed, *([partly] if partly else []))
     solved = replace(solved, spectrum=spectrum, channels=channels, warnings=warnings, mean=mean, frames=frames)
     if shapes is not None:
@@ -301,7 +301,7 @@ def _shaped(asked: Request, contact: Contact, tolerance: float) -> tuple[Contact
         tolerance = max(tolerance, OF_LEVELS)
     share = SERIES_SHARE if asked.moving else 1.0
     harmonics = max(asked.highest if asked.load_varies else asked.reach, 1)
-    still = 0.0 if asked.by_hand or asked.moving else SMALLEST_MOTION
+    still = 0.0 if asked.live and asked.moving else SMALLEST_MOTION
     demand = Demand(harmonics, asked.orders, share * spendable(tolerance), still)
     long = asked.stretch is not None
     # the making of a table refines it
@@ -325,11 +325,8 @@ def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> P
     """Return a moving scan with its errors and, unless its frames are solved, the table or direct plan of its voice."""
     assert solved.contact is not None
     wanted, table, direct = solved.tolerance if exact else None, None, None
-    mean, frames = solved.mean, solved.frames
+    frames = solved.frames
     if frames is not None:
-        if solved.scene.scan.trajectory is not None and solved.load_varies:
-            mean = mean or own_mean(solved, solved.contact, solved.tolerance)
-            frames = at_landings(solved.steady, frames, solved.whole, mean, solved.tolerance)
         errors = dict(zip(solved.orders, frames.errors, strict=True))
         limit, where = NEARLY * solved.tolerance, ""
     else:
@@ -352,8 +349,25 @@ def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> P
         for one in channels
         if one.error > limit
     )
-    solved = replace(solved, mean=mean, frames=frames, table=table, direct=direct, channels=channels)
-    return replace(solved, warnings=(*solved.warnings, *warnings))
+    solved = replace(solved, table=table, direct=direct, channels=channels)
+    return replace(solved, warnings=(*solved.warnings, *warnings, *_uncertain_level(solved)))
+
+
+def _uncertain_level(solved: Preparation) -> tuple[str, ...]:
+    """Return a warning if the frames of a file may be off the level that its automatic full scale gives them."""
+    read, listed = solved.frames is None, solved.scene.output.channel_list
+    unsure = [
+        one.quantity
+        for one, asked in zip(solved.channels, listed, strict=True)
+        if not asked.full_scale and (read or one.error * one.extent > OFF_LEVEL * PEAK * one.full_scale)
+    ]
+    if solved.live or not unsure:
+        return ()
+    why = "its frames are read at a limited accuracy, as solving them would take too long" if read else "of its error"
+    return (
+        f"The level of the {' and '.join(unsure).replace('_', ' ')} is uncertain because {why}. The file may peak "
+        "above or below 0.8 of its full scale. Set output.full_scale for a level of your own.",
+    )
 
 
 def _with_effects(solved: Preparation, shapes: PreparedEffects) -> Preparation:

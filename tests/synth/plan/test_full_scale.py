@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import ridgewave as rw
-from tests.few import paired, thorough
+from tests.few import few, paired, thorough
 
 LOW, HIGH = 0.78, 0.82
 FINGERS = {"comb": {}, "fingertip": {"kind": "fingertip", "contact_length": "6 mm"}, "probe": {"kind": "probe"}}
@@ -134,3 +134,75 @@ def test_the_first_seconds_are_the_same_whatever_follows() -> None:
         assert np.array_equal(here.frames, there.frames) and here.full_scale == there.full_scale
         assert here.plan is not None and there.plan is not None
         assert here.plan.estimated_error == there.plan.estimated_error
+
+
+def tracked(lift: float, at: float, seconds: float, speed: float, load: float, stop: float = 1e3) -> list[list[float]]:
+    """Return points of a tracker at 1 kHz; the finger stops at `stop` and lifts from `at` on, within `lift` (s)."""
+    times = [round(0.001 * number, 6) for number in range(round(1000.0 * seconds) + 1)]
+    return [[t, speed * min(t, stop), load * min(max(1.0 - (t - at) / lift, 0.0), 1.0)] for t in times]
+
+
+QUICK: dict[str, dict[str, Any]] = {
+    "a comb moves": {"scan": {"trajectory": tracked(2e-3, 0.05, 0.1, 0.05, 1.0)}},
+    "a comb stops": {"scan": {"trajectory": tracked(1e-3, 0.044, 0.05, 0.5, 1.0, stop=0.025)}},
+    "a fingertip stops": {
+        "finger": {"kind": "fingertip"},
+        "scan": {"trajectory": tracked(1e-3, 0.09, 0.1, 0.2, 1.0, stop=0.05)},
+    },
+    "a fingertip on sandpaper": {
+        "finger": {"kind": "fingertip"},
+        "texture": {"kind": "sandpaper-p120"},
+        "scan": {"trajectory": tracked(2e-3, 0.1815, 0.3, 0.02, 1.5)},
+        "output": {"sample_rate": 48000},
+    },
+    "velocity": {
+        "finger": {"kind": "fingertip"},
+        "scan": {"trajectory": tracked(4e-3, 0.2386, 0.3, 0.02, 1.5)},
+        "output": {"sample_rate": 8000, "quantity": "velocity"},
+    },
+}
+
+
+def quickly(name: str) -> dict[str, Any]:
+    return {"texture": {"kind": "grating-1mm-31um"}, "output": {"sample_rate": 8000}, **QUICK[name]}
+
+
+@pytest.mark.parametrize("name", ["a comb moves", "a comb stops", *map(thorough, list(QUICK)[2:])])
+def test_a_quick_lift(name: str) -> None:
+    check(quickly(name))
+
+
+@pytest.mark.thorough
+def test_a_light_load_in_larger_steps() -> None:
+    """Four solutions per stride were 18 % too loud throughout."""
+    ramp = [[n / 60, n / 120, n / 600] for n in range(31)]
+    check({"scan": {"trajectory": ramp}, "output": {"sample_rate": 8000}})
+
+
+def test_the_error_of_a_lift_is_told_though_the_texture_cancels_at_the_own_speed() -> None:
+    plan = rw.render(quickly("a comb stops")).plan
+    assert plan is not None and 0.0 < plan.estimated_error["acceleration"] < 1e-3
+
+
+@pytest.mark.parametrize("seconds", [0.05, thorough(0.02)])
+def test_a_quick_lift_is_solved_again_where_the_whole_would_take_too_long(
+    seconds: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("synth.plan.motion_peak.PATIENCE", seconds)
+    check(quickly("a comb moves") | {"scan": {"trajectory": tracked(2e-3, 0.05, 0.1, 0.05, 1.0 + seconds)}})
+
+
+def test_parts_that_differ_from_their_estimates_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("synth.plan.motion_peak.PATIENCE", 0.1)
+    monkeypatch.setattr("synth.plan.motion_peak.AS_ESTIMATED", 1e-6)
+    taps = [[0.02 * n, 0.001 * n, 0.5 * (n % 3 > 0)] for n in range(50)]
+    found, warnings = peak_of(quickly("a comb moves") | {"scan": {"trajectory": taps}})
+    assert any("loudest parts of the scan, solved as the file is" in one for one in warnings), (found, warnings)
+
+
+def test_a_recording_that_is_read_has_an_uncertain_level(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("synth.plan.frame_solver.PATIENCE", 0.0)
+    scene = {"scan": {"trajectory": tracked(2e-3, 0.05, 0.1, 0.05, 1.3)}, "output": {"sample_rate": 8000}}
+    assert any("level of the acceleration is uncertain" in one for one in peak_of(scene)[1])
+    given = scene | {"output": {"sample_rate": 8000, "full_scale": 20}}
+    assert not any("level of" in one for one in peak_of(given)[1])
