@@ -55,7 +55,7 @@ def _in_the_checkout(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_every_figure_has_its_command_and_every_command_its_figure() -> None:
     assert sorted(commands()) == [f"docs/figures/{name}" for name in FIGURES]
-    assert len(FIGURES) == 4
+    assert len(FIGURES) == 5
 
 
 @pytest.mark.parametrize("name", FIGURES)

@@ -9,7 +9,7 @@ Model   A method is set up for a case. It then gives the channel over a period, 
         Table: a response table is made to given errors and read along the scan, as by a live voice.
         The exact solver is that of the texture. For two cosines it is in closed form. Otherwise it uses segments,
         refined until their error is REFINED of the scene's tolerance. The sampled solver uses a polyline with a given
-        number of segments, for any texture.
+        number of segments, for any texture. The columns of a fingertip have several distances.
 Source  design, section 5; Fagiani & Barbieri (2016), eq. 1, for all methods.
 Limits  Steady scans only. Components of a table above the band, where its mip levels fade out up to 1.4 times the band,
         are not counted.
@@ -40,8 +40,10 @@ from synth.response.table_reader import TableReader
 from synth.response_cache import ResponseCache
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
+from synth.surfaces.height_field import HeightField
 from synth.voice.table_reading import HandReader, TableChannels
 
+DISTANCES = (4.0, 2.0, 1.0, 0.5, 0.25)  # of the columns of a fingertip, and of all its other numbers, to the usual ones
 OVERSAMPLINGS = (1, 2, 4, 8, 16, 32)
 SAMPLED_SIZES = 7  # numbers of segments that are measured, each twice the previous one
 SERIES_PHASES = tuple(2**power for power in range(3, 17))
@@ -164,6 +166,8 @@ def methods_of(case: Case) -> Iterator[Method]:
     """Yield every method of ridgewave for `case`, from the slowest family to the fastest."""
     if case.contact.of_one_line:
         yield from _sampled(case)
+    elif not isinstance(case.contact.geometry.profile, HeightField):
+        yield from _columns(case)
     exact = case.contact.grid
     name = f"segments solver, {exact.segments} a period" if isinstance(exact, SegmentGrid) else exact.name
     for count in OVERSAMPLINGS:
@@ -246,6 +250,19 @@ def _sampled(case: Case) -> Iterator[Method]:
         segments, count = least << power, OVERSAMPLINGS[min(round(0.8 * power), len(OVERSAMPLINGS) - 1)]
         coarse = replace(case, contact=case.contact.on(replace(geometry, segments=segments)))
         yield _framed(coarse, f"sampled solver, {segments} segments, {count} a frame", "sampled", count)
+
+
+def _columns(case: Case) -> Iterator[Method]:
+    """Yield the series of a fingertip with several distances of its columns, at as many phases as the plan has."""
+    assert case.solved.spectrum is not None
+    from synth.contact.finger_columns import COLUMNS
+
+    phases = case.solved.spectrum.phases
+    for distance in DISTANCES:
+        coarse = replace(case, contact=replace(case.contact, coarser=distance))  # type: ignore[call-arg]
+        method = _series(coarse, phases, phases * seconds_a_phase(coarse.heights))
+        name = f"surface of the fingertip, {round(COLUMNS / distance)} columns a ridge"
+        yield replace(method, name=name, family="sampled")
 
 
 def _series(case: Case, phases: int, seconds: float) -> Method:

@@ -31,9 +31,10 @@ from synth.arrays import Array
 from synth.errors import Fault, InvalidRequest, shown
 from synth.perception.threshold import threshold_displacement
 from synth.plan.preparation import prepare
-from synth.response.spectrum import Complex, Demand, solve_spectrum
+from synth.response.spectrum import Complex, Demand, curves, points_for, solve_spectrum
 from synth.scene.effects_section import unit_of
 from synth.scene.scene import Scene, SceneLike, scene_document, scene_from
+from synth.surfaces.height_field import HeightField
 
 REPEATS = 5
 PATIENCE, HASTE = 6.0, 0.5  # s, longest time to set up, run and judge a method, before and after BUDGET
@@ -41,6 +42,7 @@ BUDGET = 45.0  # s of measuring
 ENOUGH = 0.5  # s of timing, after which no further run is timed
 CLOCK_STEP = 1e-9  # s: a time that the clock shows as none counts as this
 REFERENCE_TOLERANCE = 1e-8  # below the rounding of float32; a larger one would add to the errors of the best methods
+SEEN_TWICE = 16  # phases per point at which the error of the reference's columns is judged
 SEEN_PHASES = 1 << 17  # smallest number of phases of a period at which errors are computed
 
 Progress = Callable[[str, int, int], None]
@@ -121,7 +123,18 @@ def reference_of(case: Case) -> tuple[Complex, float]:
     """Return the reference series of the channel (SI), and a bound on its error, relative to the peak-to-peak."""
     demand = Demand(case.solved.highest, (case.order,), REFERENCE_TOLERANCE)
     found = solve_spectrum(case.contact, case.load, demand)
-    return case.derived(found.harmonics), found.errors[0]
+    return case.derived(found.harmonics), found.errors[0] + _of_columns(case)
+
+
+def _of_columns(case: Case) -> float:
+    """Return the error of cells or columns that cannot be halved, by the change from those twice as large."""
+    larger = case.contact.doubled()
+    if larger is None or case.contact.refined() is not None:
+        return 0.0
+    points = points_for(case.solved.highest)
+    cases = replace(case, contact=larger), case
+    before, after = (one.series(one.heights, SEEN_TWICE * points) for one in cases)
+    return float(np.max(np.abs(curves(after - before, 0, points)))) / case.extent
 
 
 def measure_accuracy(
@@ -183,8 +196,8 @@ def _measured_all(
 
 def _not_there(case: Case) -> Iterator[LeftOutMethod]:
     """Yield the methods that do not apply to this scene, with the reason."""
-    if not case.contact.of_one_line:
-        reason = "It solves heights along a line, and this finger has heights over an area."
+    if isinstance(case.contact.geometry.profile, HeightField):
+        reason = "It solves a texture along a line, and this texture varies across it."
         for name, family in (("trapezoid and brentq", "baseline"), ("sampled solver", "sampled")):
             yield LeftOutMethod(name, family, reason)
     sinusoid = case.contact.geometry.profile is None

@@ -74,14 +74,6 @@ def coarsened(contact: AreaContact, coarser: float) -> Any:
     return replace(contact, coarser=coarser)  # type: ignore[type-var]
 
 
-def doubled(contact: Any) -> Any:
-    """Return `contact` in cells twice as large. Where its own cannot be halved, the change from them is its error.
-
-    contact: an AreaContact.
-    """
-    return coarsened(contact, 2.0 * contact.coarser)
-
-
 def turned(contact: AreaContact, angle: float) -> Any:
     """Return `contact`, a dataclass, with its finger turned by `angle` (rad)."""
     line = contact.line._replace(direction=contact.line.direction + angle)

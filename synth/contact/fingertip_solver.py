@@ -1,14 +1,16 @@
-"""The approach z of a fingertip at any phase of the texture, exact over the points of the fingertip.
+"""The approach z of a fingertip at any phase of a texture along a line: eq. 1 as an integral over its surface.
 
-Model   The points lie in columns across the scan, and all points of a column meet the texture at one height h2: its
-        mean over the width of the column. With the height at one point, waves as short as that width would alias to
-        slow ones. z solves F(z) = sum of max(h1 + h2 - z, 0) over the points = w / k. The heights h1 of a column are
-        sorted once, with their running sums. So a column adds the running sum at the rank of z - h2 among its heights.
-        The rank is found from bins of equal height. F is piecewise linear, convex and falling. Newton's method ends
-        when a step passes no point, or is so small that the points it passes have no effect.
-Source  Fagiani & Barbieri (2016), eq. 1; the rank in sorted heights is that of the projection on the simplex by Duchi
-        et al. (2008), here in columns.
-Limits  |error of z| < 1e-11 of the scale against a sum over all points, whose heights are rounded to float32.
+Model   The texture does not vary across the scan, so a fingertip meets it by its area above a level alone
+        (`finger_columns`): F(z) = integral over x of A(x, z - h2(x - p)) / (L0 W0). The integral goes over the nodes of
+        the texture (`texture_nodes`), which follow its edges. Where the finger spans several periods, the columns of
+        all periods are added first, so a phase costs the nodes of one period:
+
+            F(z) = sum over the nodes of weight B(s + p, z - h2(s)),   B(q, l) = sum over n of A(q + n period, l)
+
+        B is linear between close columns and cubic between levels. F is convex and falls nearly as the square of a
+        distance. Newton's method, within a bracket, begins at a parabola through the phases before.
+Source  Fagiani & Barbieri (2016), eq. 1.
+Limits  |error of z| < 1e-11 of the scale for these nodes and columns. Their own error is told by `refined` contacts.
 """
 
 from __future__ import annotations
@@ -21,282 +23,422 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.exact_solver import Approaches
+from synth.contact.finger_columns import FingerColumns, FingerSurface
+from synth.contact.texture_nodes import TextureNodes
 from synth.kernels import inlined, inner, signed_kernel
-from synth.surfaces.profile import Profile
 
 Floats = np.ndarray[Any, np.dtype[np.float32]]
-Indices = np.ndarray[Any, np.dtype[np.int64 | np.int32]]
 
-CELLS_A_COLUMN = 1.4  # work of a column, in cells of the exact solver: 15 to 25 ns from a near guess
-KNOTS = 64  # steps per width of a column; linear interpolation between them errs by 2e-5 of the texture
-FEWEST_KNOTS, MOST_KNOTS = 1024, 1 << 18  # of a period
-BINS = 2  # per point of a column: the rank of a level is found after half a step, on average
+CELLS_A_NODE = 4  # work of a node under the finger, in cells of the exact solver: 20 to 40 ns
+CLOSER = 1  # columns of B per column of the finger: B is linear between its columns
+FEWEST_COLUMNS = 64  # of B, over a period
 MOST_STEPS = 100  # never reached in the tests; limits the time per phase
-SETTLED = 1e-8  # of the scale: Newton's method ends after a step this small, with an error of its square
-EMPTY = 1e-14  # of the scale, summed over the points: smaller targets count as none, and z is the highest point
-FIRST = 0.05  # of the scale below the highest point: where Newton's method starts if nothing is known
-PIECES = "i8[::1], f4[::1], f8[::1], f8[::1], i4[::1], f8[::1], f8[::1]"  # types of `FingertipGrid.pieces`
+SETTLED = 1e-7  # of the scale: Newton's method ends after a step this small, with an error of its square
+EMPTY = 1e-14  # of the scale: smaller indentations count as none, and z is the highest point
+FIRST = 0.5  # of the depth to which a paraboloid is pressed in: the first step from the highest point, and the longest
+DEEPENING = 8  # phases that are solved first, to find how deep the columns must be
+BELOW = 0.02  # of the scale: how far below a first guess of z the nodes are looked at
+MARGIN = 1.02  # on the depth of the columns
+DEEPEST = 1.6  # factor by which columns become deeper at once: in columns that are too shallow z is too low
+PIECES = "f4[:,:,::1], f8[:,::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1]"
 
 
 @dataclass(frozen=True, slots=True)
-class FingertipGrid:
-    """The points of a fingertip, in columns across the scan; heights are relative to `height_scale`.
+class Fold:
+    """The columns of a finger, added over the periods of a texture that it spans.
 
-    places: x of each column, from the middle, in periods of the texture.
-    starts: int64 [columns + 1]: where the points of each column begin.
-    heights: float32, of all points, falling within each column.
-    shape: [2 columns]: height of the top of each column, and its number of bins per height.
-    sums: [points + columns]: running sums of the heights, one more per column than it has points.
-    ranks: int32 [BINS points + columns]: number of points of a column in higher bins; the bins divide its height.
-    texture: mean heights over a column's width, at equal steps of a period and its end.
-    cell: area of a point, relative to L0 W0.
+    areas: float32 [columns + 1, levels, 2]: B and -dB/d(level) times the distance of levels, over L0 W0.
+    ends: the same at the last level, float64 [columns + 1, 2].
+    tops: height of the highest point of each column, m [columns + 1].
+    first: place of the first column, m.
+    step: distance of columns, m.
+    top, drop: of the levels, m.
+    """
+
+    areas: Floats
+    ends: Array
+    tops: Array
+    first: float
+    step: float
+    top: float
+    drop: float
+
+    @classmethod
+    def of(cls, columns: FingerColumns, period: float, area: float) -> Fold:
+        """Return the fold of `columns` over `period` (m); area: L0 W0, m^2."""
+        width = columns.step * (len(columns.areas) + 1)
+        whole = min(period, width)
+        count = max(math.ceil(CLOSER * whole / columns.step), FEWEST_COLUMNS)
+        levels = columns.areas.shape[1]
+        areas, ends = np.zeros((count + 1, levels, 2), np.float32), np.zeros((count + 1, 2))
+        tops = np.full(count + 1, -math.inf)
+        first, copies = columns.first - columns.step, math.ceil(width / whole)
+        read = columns.areas, columns.ends, columns.tops, columns.step
+        add_copies(*read, whole, copies, 1.0 / area, areas, ends, tops)
+        return cls(areas, ends, tops, first, whole / count, columns.top, columns.drop)
+
+
+class FingertipGrid:
+    """A fingertip on a texture along a line.
+
+    surface: of the finger.
+    nodes: of the texture, over a period.
+    period: of the texture, m.
+    extent: bounds of the heights of the texture, m.
+    coarser: factor on the distances of columns, rows and levels.
     height_scale: m.
     """
 
-    places: Array
-    starts: Indices
-    heights: Floats
-    shape: Array
-    sums: Array
-    ranks: Indices
-    texture: Array
-    cell: float
-    height_scale: float
+    name = "surface of the fingertip"
 
-    name = "points of the fingertip"
-
-    @classmethod
-    def of(cls, places: Array, heights: Array, texture: Profile, cell: float, scale: float) -> FingertipGrid:
-        """Return the grid of points.
-
-        places: x of the columns, m, equally spaced.
-        heights: of the points, m [columns, rows]; -inf: there is no point.
-        cell: area of a point, relative to L0 W0.
-        scale: m.
-        """
-        counts, columns = np.isfinite(heights).sum(axis=1), len(places)
-        ordered = -np.sort((heights / -scale).astype(np.float32), axis=1)
-        points = ordered[np.isfinite(ordered)]
-        starts = np.concatenate([[0], np.cumsum(counts)])
-        shape, sums = np.zeros(2 * columns), np.zeros(len(points) + columns)
-        ranks = np.zeros(BINS * len(points) + columns, dtype=np.int32)
-        prepare_columns(starts, points, shape, sums, ranks)
-        knots = mean_heights(texture, float(places[1] - places[0])) / scale
-        return cls(places / texture.period, starts, points, shape, sums, ranks, knots, cell, scale)
+    def __init__(
+        self,
+        surface: FingerSurface,
+        nodes: TextureNodes,
+        period: float,
+        extent: tuple[float, float],
+        coarser: float,
+        scale: float,
+    ) -> None:
+        self.surface, self.nodes, self.period, self.extent = surface, nodes, period, extent
+        self.coarser, self.height_scale = coarser, scale
+        self.area = surface.footprint.length * surface.footprint.width
+        self._fold: Fold | None = None
+        self._ready: tuple[Any, ...] | None = None
+        self._slopes = nodes.slopes
 
     @property
     def cells(self) -> int:
         """Work per phase, in cells of the exact solver."""
-        return round(CELLS_A_COLUMN * len(self.places))
+        under = min(1.0, self.surface.footprint.length / self.period)
+        return math.ceil(CELLS_A_NODE * under * len(self.nodes.places))
 
     @property
     def nbytes(self) -> int:
-        """Memory of the grid in bytes."""
-        return sum(one.nbytes for one in self.pieces)
+        """Memory in bytes, without the columns of the finger, which its textures share."""
+        kept = self.fold.areas.nbytes + self.fold.tops.nbytes
+        return int(kept + 4 * self.nodes.places.nbytes)
 
     @property
-    def pieces(self) -> tuple[Indices, Floats, Array, Array, Indices, Array, Array]:
-        """The arrays that the kernels read."""
-        return self.starts, self.heights, self.shape, self.sums, self.ranks, self.places, self.texture
+    def fold(self) -> Fold:
+        """The columns, added over the periods."""
+        if self._fold is None:
+            self._deepen(0.0)
+        assert self._fold is not None
+        return self._fold
+
+    def _begin(self, indentation: float) -> None:
+        """Make the columns as deep as a paraboloid with ridges is pressed into a plate at w / k (m)."""
+        if self._fold is None and math.isfinite(indentation):
+            self._deepen(self._pressed(indentation) + 2.0 * self.surface.field.amplitude)
+
+    def _pressed(self, indentation: float) -> float:
+        """Return how far a paraboloid is pressed into a plate at w / k (m), m; it grows with the root of w / k."""
+        return math.sqrt(8.0 / math.pi * max(indentation, 0.0) * self.surface.footprint.depth)
 
     def solve(self, phases: Array, indentation: float | Array, guess: Array | None = None) -> Approaches:
         """Return the approach as `exact_solver.Grid.solve` does; `touching` is the area that touches over L0 W0."""
-        count = len(phases)
+        count, phases = len(phases), np.ascontiguousarray(phases, dtype=float)
+        targets = np.full(count, np.asarray(indentation, dtype=float))
         height, touching, iterations = np.empty(count), np.empty(count), np.zeros(count, dtype=np.int64)
-        begin = np.full(count, np.nan) if guess is None else np.asarray(guess / self.height_scale)
-        targets = np.full(count, np.asarray(indentation, dtype=float) / (self.height_scale * self.cell))
-        solve_columns(*self.pieces, phases, targets, begin, height, touching, iterations)
-        return Approaches(height * self.height_scale, touching * self.cell, iterations)
+        begin = np.full(count, np.nan) if guess is None else np.asarray(guess, dtype=float)
+        self._begin(float(np.max(targets, initial=0.0)))
+        some = np.arange(0, count, max(1, count // DEEPENING))
+        if len(some) < count:  # deep enough at some phases is deep enough at nearly all
+            self.solve(phases[some], targets[some], begin[some])
+        while True:
+            pieces = self._pieces()
+            deepest = solve_nodes(*pieces, self.height_scale, phases, targets, begin, height, touching, iterations)
+            levels = pieces[0].shape[1] - 1
+            if deepest <= levels or levels * pieces[-1][1] >= self.surface.tall:
+                break
+            self._deepen(min(MARGIN * deepest, DEEPEST * levels) * pieces[-1][1])
+        return Approaches(height, touching, iterations)
 
     def measure(self, phases: Array, heights: Array) -> tuple[Array, Array]:
         """Return F(z) (m) and the area that touches, over L0 W0, as `exact_solver.Grid.measure` does."""
-        levels = np.ascontiguousarray(heights.reshape(len(phases), -1)) / self.height_scale
+        levels = np.ascontiguousarray(heights.reshape(len(phases), -1), dtype=float)
+        self._below(float(np.min(levels, initial=math.inf)))
         depth, touching = np.zeros(levels.shape), np.zeros(levels.shape)
-        measure_columns(*self.pieces, phases, levels, depth, touching)
-        depth *= self.cell * self.height_scale
-        return depth.reshape(heights.shape), touching.reshape(heights.shape) * self.cell
+        measure_nodes(*self._pieces(), phases, levels, depth, touching)
+        return depth.reshape(heights.shape), touching.reshape(heights.shape)
 
     def slope_integrals(self, period: float, phases: Array, heights: Array) -> Array:
         """Return S (m), T, N_1 (m) and N_0 of `pressure`, over L0 W0, at each of `phases` and z (`heights`, m).
 
         period: of the texture, m.
         """
-        sums, scale = np.empty((4, len(phases))), self.height_scale
-        sum_column_slopes(*self.pieces, phases, heights / scale, sums)
-        return np.asarray(sums * self.cell * [[scale * scale / period], [scale / period], [scale], [1.0]])
+        self._below(float(np.min(heights, initial=math.inf)))
+        sums = np.empty((4, len(phases)))
+        sum_node_slopes(*self._pieces(), self._slopes, phases, heights, sums)
+        return sums
+
+    def _pieces(self) -> tuple[Any, ...]:
+        """Return the arrays that the kernels read; the nodes begin at the first column."""
+        fold, nodes = self.fold, self.nodes
+        if self._ready is None or self._ready[0] is not fold.areas:
+            numbers = np.array([fold.step, fold.drop, self.period, self._pressed(1.0)])
+            first = (fold.top - fold.tops) / fold.drop
+            places = (nodes.places - fold.first) % self.period / fold.step
+            order = np.argsort(places, kind="stable")
+            levels = (fold.top + nodes.heights) / fold.drop
+            read = (one[order] for one in (places, nodes.weights, levels))
+            self._ready = fold.areas, fold.ends, first, *read, numbers
+            self._slopes = nodes.slopes[order]
+        return self._ready
+
+    def reach_as(self, other: FingertipGrid) -> None:
+        """Make the columns as deep as those of `other`, so that they are made once."""
+        if other._fold is not None:
+            self._below_top(other._fold.drop * (other._fold.areas.shape[1] - 3))
+
+    def _below(self, z: float) -> None:
+        """Make the columns deep enough for the approach `z` (m) at every phase."""
+        self._below_top(self.fold.top - z + self.extent[1])
+
+    def _below_top(self, depth: float) -> None:
+        """Make the columns at least as deep as `depth` (m) below the top of the fingertip."""
+        reached = math.inf if self._fold is None else self._fold.drop * (self._fold.areas.shape[1] - 1)
+        if self._fold is None or (math.isfinite(depth) and reached < min(depth, self.surface.tall)):
+            self._deepen(MARGIN * depth)
+
+    def _deepen(self, depth: float) -> None:
+        """Make the columns for a level `depth` (m) below the top of the fingertip."""
+        self._fold = Fold.of(self.surface.columns(depth, self.coarser), self.period, self.area)
 
 
-def mean_heights(texture: Profile, width: float) -> Array:
-    """Return the mean of `texture` over `width` (m) about each of equal steps of a period, and about its end (m)."""
-    count = min(max(FEWEST_KNOTS, 1 << math.ceil(math.log2(KNOTS * texture.period / width))), MOST_KNOTS)
-    places = np.asarray(np.arange(count) * (texture.period / count))
-    series = np.fft.rfft(texture.heights(places))
-    knots = np.fft.irfft(series * np.sinc(np.arange(len(series)) * (width / texture.period)), count)
-    return np.append(knots, knots[0])
+@signed_kernel("void(f4[:,:,::1], f8[:,::1], f8[::1], f8, f8, i8, f8, f4[:,:,::1], f8[:,::1], f8[::1])")
+def add_copies(columns, last, heights, step, whole, copies, factor, areas, ends, tops):
+    """Write the fold of `columns`, cubic between them, and its highest points.
 
-
-@signed_kernel("void(i8[::1], f4[::1], f8[::1], f8[::1], i4[::1])")
-def prepare_columns(starts, heights, shape, sums, ranks):
-    """Write top and bins per height of each column to `shape`, the running sums and the ranks of `FingertipGrid`."""
-    for c in range(len(starts) - 1):
-        first, count = starts[c], starts[c + 1] - starts[c]
-        shape[2 * c], shape[2 * c + 1] = -math.inf, 0.0
-        if count == 0:
-            continue
-        top, spread = float(heights[first]), float(heights[first]) - float(heights[first + count - 1])
-        bins = BINS * count
-        a_height = (bins - 1) / spread if spread > 0.0 else 0.0
-        shape[2 * c], shape[2 * c + 1] = top, a_height
-        total, at, bin_at = 0.0, first + c, BINS * first + c
-        b = 0
-        for i in range(count):
-            sums[at + i] = total
-            total += float(heights[first + i])
-            while b <= int((top - float(heights[first + i])) * a_height):
-                ranks[bin_at + b] = i
-                b += 1
-        sums[at + count] = total
-        while b <= bins:
-            ranks[bin_at + b] = count
-            b += 1
-
-
-@inner
-def column_sums(starts, heights, shape, sums, ranks, under, z):
-    """Return the sum of max(h - z, 0) over all points, and the number of points above z.
-
-    under: height of the texture at each column.
+    last: `columns` at the last level.
+    step: of the columns, m.
+    whole: width of the fold, m, which begins one step before the first column.
     """
-    area, touching = 0.0, 0
-    for c in range(len(under)):
-        level = z - under[c]
-        below = shape[2 * c] - level
-        if not below > 0.0:
-            continue
-        first, end = starts[c], starts[c + 1]
-        b = min(int(below * shape[2 * c + 1]), BINS * (end - first))
-        at = first + ranks[BINS * first + c + b]  # points of bins before this one lie above the level
-        while at < end and heights[at] > level:
-            at += 1
-        area += sums[at + c] - (at - first) * level
-        touching += at - first
-    return area, float(touching)
+    count, levels, known = len(areas) - 1, areas.shape[1], len(columns)
+    both = np.empty(2 * levels)
+    flat, out = columns.reshape(known, 2 * levels), areas.reshape(count + 1, 2 * levels)
+    for m in range(count + 1):
+        both[:] = 0.0
+        highest = -math.inf
+        for n in range(copies):
+            place = (m * whole / count + n * whole) / step - 1.0
+            at = math.floor(place)
+            if at >= known or at < -1:
+                continue
+            t = place - at
+            near, far = heights[max(at, 0)], heights[min(at + 1, known - 1)]
+            between = near + t * (far - near) if min(near, far) > -math.inf else max(near, far)
+            highest = max(highest, between)
+            for k in range(-1, 3):
+                if not 0 <= at + k < known:
+                    continue
+                if k == -1:
+                    weight = -t * (t - 1.0) * (t - 2.0) / 6.0
+                elif k == 0:
+                    weight = (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0
+                elif k == 1:
+                    weight = -(t + 1.0) * t * (t - 2.0) / 2.0
+                else:
+                    weight = (t + 1.0) * t * (t - 1.0) / 6.0
+                weight *= factor
+                row = flat[at + k]
+                for i in range(2 * levels):
+                    both[i] += weight * row[i]
+                ends[m, 0] += weight * last[at + k, 0]
+                ends[m, 1] += weight * last[at + k, 1]
+        tops[m] = highest
+        for i in range(2 * levels):
+            out[m, i] = max(both[i], 0.0)  # cubics between columns may pass 0 beside a highest point
 
 
 @inlined
-def texture_at(texture, turns):
-    """Return the height of the texture `turns` periods from its start."""
-    count = len(texture) - 1
-    along = (turns - math.floor(turns)) * count
-    knot = min(int(along), count - 1)
-    return texture[knot] + (along - knot) * (texture[knot + 1] - texture[knot])
+def cubic(a0, d0, a1, d1, t):
+    """Return value and slope at `t` of the cubic with the values a and the slopes d at 0 and 1."""
+    rise = a1 - a0
+    p, q = d0 + d1 - 2.0 * rise, 3.0 * rise - 2.0 * d0 - d1
+    return a0 + t * (d0 + t * (q + t * p)), d0 + t * (2.0 * q + 3.0 * t * p)
+
+
+@inlined
+def column_above(areas, ends, c, start, level):
+    """Return A and N of the column `c` at `level`, both relative; start: level of its highest point.
+
+    Between its highest point and the next level, A is a power of the depth that continues there with equal slope.
+    """
+    if not level > start:
+        return 0.0, 0.0
+    last = areas.shape[1] - 1
+    if level >= last:  # where the whole column touches, or Newton's method passes
+        return ends[c, 0] + (level - last) * ends[c, 1], ends[c, 1]
+    i = int(level)
+    a1, d1 = areas[c, i + 1, 0], areas[c, i + 1, 1]
+    if start > i:
+        whole, part = i + 1.0 - start, (level - start) / (i + 1.0 - start)
+        power = max(d1 * whole / a1, 1.0) if a1 > 0.0 else 1.0
+        a = a1 * part**power
+        return a, power * a / (level - start)
+    return cubic(areas[c, i, 0], areas[c, i, 1], a1, d1, level - i)
 
 
 @inner
-def place_texture(shape, places, texture, phase, under):
-    """Write the height of the texture at each column, at `phase` (turns); return the highest point."""
-    top = -math.inf
-    for c in range(len(places)):
-        under[c] = texture_at(texture, places[c] - phase)
-        top = max(top, shape[2 * c] + under[c])
-    return top
+def beside(areas, ends, first, c, u, level):
+    """Return `above` where the levels of one of the columns are not whole: beside its highest point, or below them."""
+    if not level > min(first[c], first[c + 1]):
+        return 0.0, 0.0
+    a, d = column_above(areas, ends, c, first[c], level)
+    b, e = column_above(areas, ends, c + 1, first[c + 1], level)
+    return a + u * (b - a), d + u * (e - d)
 
 
-@signed_kernel(f"void({PIECES}, f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], i8[::1])")
-def solve_columns(
-    starts, heights, shape, sums, ranks, places, texture, phases, targets, guess, height, touching, iterations
+@inlined
+def above(areas, ends, first, place, level):
+    """Return B and -dB/d(level) times the distance of levels; place in columns, level in levels below the top."""
+    c = int(place)
+    u, i = place - c, int(level)
+    if i < max(first[c], first[c + 1]) or i >= areas.shape[1] - 1:
+        return beside(areas, ends, first, c, u, level)
+    t, near, far = level - i, areas[c], areas[c + 1]
+    a0, d0 = near[i, 0] + u * (far[i, 0] - near[i, 0]), near[i, 1] + u * (far[i, 1] - near[i, 1])
+    a1 = near[i + 1, 0] + u * (far[i + 1, 0] - near[i + 1, 0])
+    d1 = near[i + 1, 1] + u * (far[i + 1, 1] - near[i + 1, 1])
+    return cubic(a0, d0, a1, d1, t)
+
+
+@inlined
+def begins(places, moved, span):
+    """Return the number of the first node at or after the first column, at a phase that moves them by `moved`."""
+    return np.searchsorted(places, span - moved)
+
+
+@inlined
+def node_at(places, begin, k, moved, span):
+    """Return the number and the place (columns) of the node `k` after the one at the first column."""
+    i = begin + k
+    if i < len(places):
+        return i, max(places[i] + moved - span, 0.0)
+    return i - len(places), places[i - len(places)] + moved
+
+
+@inner
+def gather(first, places, weights, levels, moved, span, lowest, kept):
+    """Write the nodes that may touch above `lowest`; return their number and the highest point, in levels.
+
+    kept: place in columns, level and weight of each [3, nodes].
+    """
+    count, top, last, begin = 0, -math.inf, len(first) - 1, begins(places, moved, span)
+    for k in range(len(places)):
+        i, place = node_at(places, begin, k, moved, span)
+        c = int(place)
+        if c >= last:
+            break
+        reach = levels[i] - min(first[c], first[c + 1])
+        top = max(top, reach)
+        if reach > lowest:
+            kept[0, count], kept[1, count], kept[2, count] = place, levels[i], weights[i]
+            count += 1
+    return count, top
+
+
+@inner
+def sums_of(areas, ends, first, kept, count, z):
+    """Return the sums of B and -dB/d(level) over gathered nodes, and the deepest level that touches; z in levels."""
+    depth, touching, deepest = 0.0, 0.0, 0.0
+    for i in range(count):
+        level = kept[1, i] - z
+        a, d = above(areas, ends, first, kept[0, i], level)
+        if d > 0.0:
+            depth += kept[2, i] * a
+            touching += kept[2, i] * d
+            deepest = max(deepest, level)
+    return depth, touching, deepest
+
+
+@signed_kernel(f"f8({PIECES}, f8, f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], i8[::1])")
+def solve_nodes(
+    areas, ends, first, places, weights, levels, numbers, scale, phases, targets, guess, height, touching, iterations
 ):
-    """Write z, the number of points that touch and the number of steps, at each of `phases`.
+    """Write z (m), the part that touches and the number of steps at each of `phases`; return the deepest level.
 
-    guess: z that Newton's method starts from, or NaN: from the line through the two phases before.
+    guess: z (m) that Newton's method starts from, or NaN: from the parabola through the three phases before.
     """
-    z, last, under = math.nan, math.nan, np.empty(len(places))
+    drop, span = numbers[1], numbers[2] / numbers[0]
+    below, deepest, pressed = BELOW * scale / drop, 0.0, numbers[3] / drop
+    kept = np.empty((3, len(places)))
+    z, last, earlier = math.nan, math.nan, math.nan
     for p in range(len(phases)):
-        top = place_texture(shape, places, texture, phases[p], under)
-        if targets[p] < EMPTY:
-            height[p], touching[p], iterations[p], z, last = top, 0.0, 1, top, math.nan
+        moved = (phases[p] - math.floor(phases[p])) * span
+        ahead = 3.0 * (z - last) + earlier
+        if math.isnan(ahead):
+            ahead = z if math.isnan(last) else 2.0 * z - last
+        earlier, last = last, z
+        z = guess[p] / drop if not math.isnan(guess[p]) else ahead
+        lowest = z - below if not math.isnan(z) else math.inf
+        count, top = gather(first, places, weights, levels, moved, span, lowest, kept)
+        if targets[p] < EMPTY * scale:
+            z = top
+            height[p], touching[p], iterations[p] = z * drop, 0.0, 1
             continue
-        ahead = 2.0 * z - last
-        last = z
-        if not math.isnan(guess[p]):
-            z = guess[p]
-        elif not math.isnan(ahead):
-            z = ahead
         if not z < top:
-            z = top - min(targets[p], FIRST)
-        before, count = -1.0, 0.0
-        for step in range(MOST_STEPS):
-            area, count = column_sums(starts, heights, shape, sums, ranks, under, z)
-            iterations[p] = step + 1
-            if count == 0.0:  # a step from the left may round onto the highest point
-                z = top
-                break
-            change = (area - targets[p]) / count
+            z = top - FIRST * pressed * math.sqrt(targets[p])
+        low, high, longest = -math.inf, top, FIRST * pressed * math.sqrt(targets[p])
+        for turn in range(MOST_STEPS):
+            if z < lowest:
+                lowest = z - below
+                count, top = gather(first, places, weights, levels, moved, span, lowest, kept)
+            depth, width, deep = sums_of(areas, ends, first, kept, count, z)
+            deepest = max(deepest, deep)
+            iterations[p] = turn + 1
+            change = 0.0
+            if depth > 0.0:  # Newton's step for the root of F, which is nearly straight
+                change = 2.0 * (depth - math.sqrt(depth * targets[p])) / width
+            if depth >= targets[p]:
+                low = z
+            else:
+                high = z
+            if depth <= 0.0 or not low <= z + change <= high:
+                change = 0.5 * (low + high) - z if low > -math.inf else -math.inf
+            if change < -longest:
+                change, longest = -longest, 2.0 * longest
             z += change
-            if count == before or abs(change) < SETTLED:
+            if abs(change) * drop < SETTLED * scale:
                 break
-            before = count
-        height[p], touching[p] = z, count
-
-
-@inlined
-def column_above(starts, heights, shape, sums, ranks, c, level):
-    """Return the sum of max(h - level, 0) over the points of a column, and the number of its points above `level`."""
-    below = shape[2 * c] - level
-    if not below > 0.0:
-        return 0.0, 0
-    first, end = starts[c], starts[c + 1]
-    b = min(int(below * shape[2 * c + 1]), BINS * (end - first))
-    at = first + ranks[BINS * first + c + b]
-    while at < end and heights[at] > level:
-        at += 1
-    return sums[at + c] - (at - first) * level, at - first
-
-
-@signed_kernel(f"void({PIECES}, f8[::1], f8[::1], f8[:,::1])")
-def sum_column_slopes(starts, heights, shape, sums, ranks, places, texture, phases, z, out):
-    """Write S, T, N_1 and N_0 as sums over the points, of slopes per period, at each of `phases` and z.
-
-    out: [4, phases].
-    """
-    knots = len(texture) - 1
-    for p in range(len(phases)):
-        slope, rise, depth, touching = 0.0, 0.0, 0.0, 0.0
-        for c in range(len(places)):
-            turns = places[c] - phases[p]
-            along = (turns - math.floor(turns)) * knots
-            knot = min(int(along), knots - 1)
-            step = texture[knot + 1] - texture[knot]
-            area, count = column_above(
-                starts, heights, shape, sums, ranks, c, z[p] - texture[knot] - (along - knot) * step
-            )
-            slope += area * step * knots
-            rise += count * step * knots
-            depth += area
-            touching += count
-        out[0, p], out[1, p], out[2, p], out[3, p] = slope, rise, depth, touching
+        height[p], touching[p] = z * drop, width / drop
+    return deepest
 
 
 @signed_kernel(f"void({PIECES}, f8[::1], f8[:,::1], f8[:,::1], f8[:,::1])")
-def measure_columns(starts, heights, shape, sums, ranks, places, texture, phases, z, depth, touching):
-    """Add the sum of max(h - z, 0) and the number of points above z, at each of `phases` and each of its z.
+def measure_nodes(areas, ends, first, places, weights, levels, numbers, phases, z, depth, touching):
+    """Write F (m) and the part that touches at each of `phases` and each of its z (m): [phases, levels]."""
+    drop, span, last = numbers[1], numbers[2] / numbers[0], len(first) - 1
+    for p in range(len(phases)):
+        moved = (phases[p] - math.floor(phases[p])) * span
+        begin = begins(places, moved, span)
+        for k in range(len(places)):
+            i, place = node_at(places, begin, k, moved, span)
+            if int(place) >= last:
+                break
+            for j in range(z.shape[1]):
+                a, d = above(areas, ends, first, place, levels[i] - z[p, j] / drop)
+                depth[p, j] += weights[i] * a
+                touching[p, j] += weights[i] * d / drop
 
-    z, depth, touching: [phases, levels].
 
-    The columns are processed one after another, because the points of a column fit into the fastest cache. The steps of
-    `column_sums` are repeated here: a call for every level would take twenty times as long.
-    """
-    for c in range(len(places)):
-        first, end = starts[c], starts[c + 1]
-        for p in range(len(phases)):
-            under = texture_at(texture, places[c] - phases[p])
-            for i in range(z.shape[1]):
-                level = z[p, i] - under
-                below = shape[2 * c] - level
-                if below > 0.0:
-                    b = min(int(below * shape[2 * c + 1]), BINS * (end - first))
-                    at = first + ranks[BINS * first + c + b]
-                    while at < end and heights[at] > level:
-                        at += 1
-                    depth[p, i] += sums[at + c] - (at - first) * level
-                    touching[p, i] += at - first
+@signed_kernel(f"void({PIECES}, f8[::1], f8[::1], f8[::1], f8[:,::1])")
+def sum_node_slopes(areas, ends, first, places, weights, levels, numbers, slopes, phases, z, out):
+    """Write S, T, N_1 and N_0 at each of `phases` and z (m): [4, phases]."""
+    drop, span, last = numbers[1], numbers[2] / numbers[0], len(first) - 1
+    for p in range(len(phases)):
+        moved = (phases[p] - math.floor(phases[p])) * span
+        slope, rise, depth, width = 0.0, 0.0, 0.0, 0.0
+        begin = begins(places, moved, span)
+        for k in range(len(places)):
+            i, place = node_at(places, begin, k, moved, span)
+            if int(place) >= last:
+                break
+            a, d = above(areas, ends, first, place, levels[i] - z[p] / drop)
+            depth += weights[i] * a
+            width += weights[i] * d / drop
+            slope += weights[i] * a * slopes[i]
+            rise += weights[i] * d / drop * slopes[i]
+        out[0, p], out[1, p], out[2, p], out[3, p] = slope, rise, depth, width

@@ -94,6 +94,11 @@ class ForceOfContact(ABC):
         contact = self.contact.halved()
         return None if contact is None else replace(self, contact=contact)
 
+    def doubled(self) -> Self | None:
+        """Return the force on a contact with cells or columns twice as large; None where the contact has none."""
+        contact = self.contact.doubled()
+        return None if contact is None else replace(self, contact=contact)
+
     def solver(self, load: float) -> PhaseSolver:
         """Return the solver of the contact at `load` (N)."""
         return self.contact.solver(load)

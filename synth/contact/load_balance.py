@@ -106,6 +106,15 @@ class Contact:
         """Return the contact with cells half as large, even if it does not refine; None unless it is over an area."""
         return None
 
+    def doubled(self) -> Self | None:
+        """Return the contact with cells or columns twice as large; None where it has none.
+
+        Where its own cannot be halved, the change from larger ones is its error.
+        """
+        if self.of_one_line:
+            return None
+        return replace(self, coarser=2.0 * self.coarser)  # type: ignore[attr-defined, call-arg]
+
     def on(self, geometry: Geometry) -> Self:
         """Return this contact on other surfaces."""
         return replace(self, geometry=geometry)

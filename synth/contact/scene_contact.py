@@ -25,10 +25,10 @@ def contact_of(scene: Scene, profile: Profile | None = None, coarser: float = 1.
     """Return the contact of `scene`, without effects. At least one of its surfaces must have a height.
 
     profile: a texture in place of that of the scene; the stiffness remains that of the scene.
-    coarser: factor on the size of the cells over an area.
-    refines: whether these cells become smaller where a tolerance requires it, as the segments along a line always do.
+    coarser: factor on the size of the cells over an area, and on the distances of the columns of a fingertip.
+    refines: whether these become smaller where a tolerance requires it, as the segments along a line always do.
 
-    Raises SceneError for a probe that is too flat, and for a fingertip whose texture is too fine.
+    Raises SceneError for a probe that is too flat.
     """
     finger, stiffness = scene.finger, Stiffness.of_scene(scene)
     geometry = Geometry.of_scene(scene) if profile is None else Geometry.of_surfaces(finger, profile)

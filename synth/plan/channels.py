@@ -152,8 +152,17 @@ class SteadyScan(Request):
             return ""
         return (
             f"The error of the {channel.quantity} is {channel.error:.2g} of its peak-to-peak; the tolerance is "
-            f"{tolerance:.2g}."
+            f"{tolerance:.2g}.{self._remaining(channel)}"
         )
+
+    def _remaining(self, channel: ChannelPlan) -> str:
+        """Return what most of the error of a channel is, as a sentence, or "" where it is not that of the series."""
+        series, at = self.spectrum, self.orders.index(channel.order)
+        if series.errors[at] < 0.5 * channel.error:
+            return ""
+        if series.discrete and series.discrete[at] > 0.5 * series.errors[at]:
+            return f" Most of it is that of the {series.solver}, which is as fine as time and memory allow."
+        return f" Most of it is that of {series.phases} phases of the texture, as many as time allows."
 
     def silence(self, peaks: Mapping[int, float]) -> str:
         """Return why an automatic full scale leaves this motion silent, or "". `peaks` are those of `planned`."""

@@ -163,7 +163,7 @@ class MiddleLine(Surfaces):
         """Return the surfaces over all points of `tip`; x = 0 is the end of its nominal length."""
         from scipy.interpolate import CubicSpline
 
-        from synth.contact.fingertip import REACH
+        from synth.contact.footprint import REACH
 
         nominal = tip.geometry.contact_length
         length, begin = REACH * nominal, 0.5 * nominal * (1.0 - REACH)

@@ -22,6 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -45,6 +46,7 @@ from synth.response_cache import ResponseCache
 from synth.scene.scene import Scene
 from synth.surfaces import profile_of
 from synth.surfaces.height_field import HeightField
+from synth.surfaces.profile import Profile
 
 if TYPE_CHECKING:
     from synth.response.area_source import AreaSource
@@ -52,12 +54,15 @@ if TYPE_CHECKING:
 
 FEWER = 0.5  # factor on the usual number of solutions over an area, where z is smoother, if FOLDED permits it
 FOLDED = 0.01  # of the peak-to-peak: largest folded error with fewer solutions
-MOST_WORK = 0.2  # predicted s of processor time per second; more would leave no room for other hands
+MOST_WORK = 0.22  # predicted s of processor time per second; more would leave no room for other hands
 MOST_TURNED = 0.16  # predicted s per second for a finger turned over an area, at 1.8 N; at 0.3 N it takes half of it
 LEFT_OF_CHANGE = 0.7  # error of cells over the change by cells twice as large: up to 0.57 in 20 random scenes of dots
 MOST_MAKING, WORKERS = 3.0, 2  # predicted s of processor time to make a layered table, and number of threads
 MEAN_TOLERANCE = 0.1  # tolerance of the mean of z over the load; its error is a thousandth of it, of the peak-to-peak
-AREA_MEAN_TOLERANCE = 2.0  # the same over areas and long surfaces: 0.2 %, below the error of a mean over PLACES places
+AREA_MEAN_TOLERANCE = 2.0  # for fingertips, areas and long surfaces: 0.2 %, below the error of a mean over PLACES
+COARSER_ON_LINE = ((1.0, 0.13), (1.5, 0.14), (2.0, 0.22))
+"""Factors on the distances of a fingertip's columns, and the predicted s per second up to which each is taken. At 3 a
+smooth texture may have noise as loud as itself."""
 PLACES, MEANS = 128, 9  # places, and least number of loads, of the mean: a fingertip takes 30 us per place and load
 PATH_SLOPE = 0.618033988749895  # slope of the path on which the rate of solutions is judged: along no row of points
 TURNED = 0.03  # s, length of the swing on which the error of a finger that turns is measured
@@ -170,18 +175,29 @@ def least_solutions(contact: Contact) -> float:
     return FEWER if isinstance(contact.geometry.profile, HeightField) else 1.0
 
 
-def affordable(scene: Scene, cache: ResponseCache) -> Contact:
-    """Return the contact of `scene` over an area, in the finest cells of COARSER that take at most MOST_TURNED."""
-    fine = contact_of(scene)
+def affordable(scene: Scene, cache: ResponseCache, profile: Profile | None = None) -> Contact:
+    """Return the contact of `scene` at the least distances that can be solved in real time.
+
+    Over an area solutions may take MOST_TURNED, and the work falls with the square of the distances. Along a line it
+    falls with the distances.
+
+    profile: as of `contact_of`.
+    """
+    fine = contact_of(scene, profile)
+    over = isinstance(fine.geometry.profile, HeightField)
+    limits = [(one, one * most) for one, most in COARSER_ON_LINE]
+    if over:
+        limits = [(one, MOST_TURNED * one**2) for one in COARSER]
 
     def chosen() -> Spread:
-        """Return the finest cells that can be solved in time, as a factor on the usual size."""
+        """Return the least factor on the usual distances."""
         work = predicted_work(scene, fine)
-        return Spread(next((one for one in COARSER if work <= MOST_TURNED * one**2), COARSER[-1]))
+        return Spread(next((one for one, most in limits if work <= most), limits[-1][0]))
 
     key_parts = scene.output.sample_rate, band_of(scene)
-    spread = cache.get(("spread", fine.key, key_parts), chosen, lambda: entry_of(scene, fine, key_parts, SPREAD_FORM))
-    return fine if spread.coarser == 1.0 else contact_of(scene, coarser=spread.coarser)
+    file = partial(entry_of, scene, fine, key_parts, SPREAD_FORM)
+    spread = cache.get(("spread", fine.key, key_parts), chosen, file) if over else chosen()
+    return fine if spread.coarser == 1.0 else contact_of(scene, profile, spread.coarser)
 
 
 def direct_plan(
@@ -264,12 +280,14 @@ def _along_line(
     tolerance: float | None,
 ) -> DirectPlan:
     long = whole.geometry.texture_period > contact.geometry.texture_period
-    allowed = AREA_MEAN_TOLERANCE if long else MEAN_TOLERANCE
+    allowed = AREA_MEAN_TOLERANCE if long or not whole.of_one_line else MEAN_TOLERANCE
     mean = mean_curve(whole, (0.0, heaviest), loads[1], allowed, PLACES, MEANS)
     least = least_solutions(whole)
     swing = Swing(least * SOLUTIONS * band, band, fastest)
     folded, seconds = folded_errors(whole, swing, loads)
-    coarse = changed_by(contact, contact.refined(), swing, loads[1])
+    larger = contact.doubled()
+    pair = (contact, contact.refined()) if larger is None else (larger, contact)
+    coarse = changed_by(*pair, swing, loads[1])
     finer, steps, errors = _filtered(rate, swing, folded, coarse, tolerance, least)
     return DirectPlan(whole, mean, heaviest, band, finer, steps, fastest, loads, errors, seconds)
 

@@ -57,13 +57,11 @@ CELLS_FORM = json_form(asdict, lambda fields: CellErrors(tuple(fields["errors"])
 
 def cells_along_path(asked: Request, contact: Any, tolerance: float) -> tuple[Any, Array]:
     """Return `contact` in the cells of a file along a path, and the remaining error of each quantity by the cells."""
-    from synth.contact.area_path import doubled
-
     scene = asked.scene
     load, fastest = max(scene.scan.load, scene.scan.lift_load), ScanMotion(scene).fastest()
     swing = Swing(SOLUTIONS * scene.output.band_limit, scene.output.band_limit, fastest, PATH_SLOPE, SHORT)
     if contact.halved() is None:
-        return contact, UNSEEN * changed_by(doubled(contact), contact, swing, load, BEGINS)
+        return contact, UNSEEN * changed_by(contact.doubled(), contact, swing, load, BEGINS)
     left, earlier = np.zeros(len(QUANTITIES)), None
     while (smaller := contact.halved()) is not None:
         many = smaller.grid.cells > MOST_WORK
@@ -81,9 +79,7 @@ def cells_along_path(asked: Request, contact: Any, tolerance: float) -> tuple[An
 
 def first_cells(contact: Any) -> Any:
     """Return `contact` in the cells that a file along a line halves first: larger ones if its own cannot be halved."""
-    from synth.contact.area_path import doubled
-
-    return doubled(contact) if contact.halved() is None else contact
+    return contact.doubled() if contact.halved() is None else contact
 
 
 def cells_along_line(asked: Request, contact: Any, cache: ResponseCache) -> Array:
@@ -96,10 +92,8 @@ def cells_along_line(asked: Request, contact: Any, cache: ResponseCache) -> Arra
 
     def found() -> CellErrors:
         """Return the change between two sizes of the cells, as the error that it leaves."""
-        from synth.contact.area_path import doubled
-
         smaller, phases = contact.halved(), points_for(highest)
-        pair = (doubled(contact), contact) if smaller is None else (contact, smaller)
+        pair = (contact.doubled(), contact) if smaller is None else (contact, smaller)
         theta, demand = np.arange(phases) / phases, Demand(highest, tuple(range(len(QUANTITIES))), 0.0)
         before, after = (harmonics_of(one.approach(theta, load)[0], highest) for one in pair)
         changed, _allowed = changes(before, after, demand, contact.scale_at(load))

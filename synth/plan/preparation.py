@@ -185,8 +185,9 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
     if silence:
         return _silent(solved, silence)
     stretch, cells = None if asked.stretch is None else asked.stretch.profile, np.zeros(len(QUANTITIES))
-    bounded = asked.area and not exact
-    contact = affordable(scene, cache) if bounded else contact_of(scene, stretch, refines=file)
+    line = scene.finger.kind == "fingertip" and not isinstance(geometry.profile, HeightField)
+    bounded = not file and (asked.area or line)
+    contact = affordable(scene, cache, stretch) if bounded else contact_of(scene, stretch, refines=file)
     if isinstance(geometry.profile, HeightField):
         many = over_area(asked) or asked.load_varies or any(asked_effects(scene, Kind.BALANCE))  # solutions
         if file and many:
@@ -195,6 +196,8 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
             contact = first_cells(contact)
         elif not asked.area:
             cells = cells_along_line(asked, contact, cache)
+    elif bounded and (not asked.moving or any(asked_effects(scene, Kind.BALANCE))):
+        cells = cells_along_line(asked, contact, cache)
     if scene.accuracy.tolerance == "imperceptible":
         tolerance = _imperceptible(contact, asked)
     left = beside_cells(tolerance, cells)

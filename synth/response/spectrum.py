@@ -41,8 +41,9 @@ UNSEEN = 0.25  # change of a harmonic by an event between M phases, times M^4, r
 FOLDED_SHARE = 8  # folding is measured in at least the lowest 1/8 of the harmonics that the grid resolves
 PROBES = 16  # phases between all grids, at which a converged series is checked
 DISCRETE_SHARE = 0.3  # share of the tolerance for the discretisation, where there is one
-FINER_WORK = 8  # times the work of the first refinement: room for three more refinements
-JUDGED_PHASES = 2048  # most phases at which a discretisation is tested; 4 per harmonic where that is fewer
+FINER_WORK = 8  # times the work of the last refinement: room for three more refinements
+JUDGED_PHASES = 384  # least number of phases at which a discretisation is tested; 3 per harmonic where that is more
+FRAME_PHASES = 2048  # most phases at which that of frames is tested; 4 per harmonic where that is fewer
 JUDGED_WORK = 1 << 26  # phases times cells: a fraction of a second
 SETTLED = 0.7  # of the error may remain after a doubling: a third is usual; if more remains, the grid hides a harmonic
 FIRST_ORDER = 0.5  # of the error remains when a discretisation is halved, for segments of a profile with corners
@@ -86,6 +87,7 @@ class Spectrum:
     phases: number of solutions.
     closed: True where z is one sinusoid in closed form.
     solver: name of the solver.
+    discrete: the part of each of `errors` by the discretisation of the solver; empty where it has none.
     """
 
     harmonics: Complex
@@ -93,6 +95,7 @@ class Spectrum:
     phases: int
     closed: bool
     solver: str
+    discrete: tuple[float, ...] = ()
 
     @property
     def memory_bytes(self) -> int:
@@ -107,7 +110,8 @@ class Spectrum:
     def of(cls, document: dict[str, Any]) -> Spectrum:
         """Return the spectrum of a `document`."""
         harmonics = np.array(document["harmonics"], dtype=float).view(np.complex128)
-        return cls(**{**document, "harmonics": harmonics, "errors": tuple(document["errors"])})
+        tuples = {name: tuple(document[name]) for name in ("errors", "discrete")}
+        return cls(**{**document, "harmonics": harmonics, **tuples})
 
 
 SPECTRUM_FORM = json_form(Spectrum.document, Spectrum.of)
@@ -145,27 +149,34 @@ def solve_spectrum(response: Response, load: float, demand: Demand, keep: int = 
 
 
 def _refined(coarse: Response, finer: Response, load: float, demand: Demand, keep: int) -> Spectrum:
-    """Return the series of a response whose solver has a discretisation.
-
-    The discretisation is halved until the error that `remaining` returns is within DISCRETE_SHARE of the tolerance. The
-    series is the finer of the last two, with this error added to its own.
-    """
+    """Return the series of a response whose solver has a discretisation, whose error is added to its own."""
+    chosen, left = _discretised(coarse, finer, load, demand)
     rest = replace(demand, tolerance=(1.0 - DISCRETE_SHARE) * demand.tolerance)
-    most = min(MOST_PHASES, max(256, MOST_WORK // (FINER_WORK * finer.work_at(load))))
-    found = _grown(coarse, load, rest, keep, most)
-    phases, height, series = np.arange(found.phases) / found.phases, None, found.harmonics
-    earlier: tuple[float, ...] | None = None
+    found = _grown(chosen, load, rest, keep, min(MOST_PHASES, max(256, MOST_WORK // chosen.work_at(load))))
+    errors = tuple(one + rest for one, rest in zip(found.errors, left, strict=True))
+    return replace(found, errors=errors, discrete=left)
+
+
+def _discretised(coarse: Response, finer: Response, load: float, demand: Demand) -> tuple[Response, tuple[float, ...]]:
+    """Return the response on a discretisation that keeps its share of the tolerance, and the error that it leaves.
+
+    The discretisation is halved until the error that `remaining` returns is within DISCRETE_SHARE of the tolerance. It
+    is judged at phases that are no multiples of a segment, a column or a node.
+    """
+    count = max(JUDGED_PHASES, 3 * points_for(demand.highest) // 4)
+    phases = (np.arange(count) + GOLDEN) / count
+    height = coarse.approach(phases, load)[0]
+    series, earlier = harmonics_of(height, demand.highest), None
     while True:
         height = finer.approach(phases, load, height)[0]
-        before, series = series, harmonics_of(height, keep)
+        before, series = series, harmonics_of(height, demand.highest)
         changed, allowed = changes(before, series, demand, finer.scale_at(load))
         left = remaining(changed, earlier, finer.settles)
         good = all(one <= most for one, most in zip(left, allowed, strict=True))
-        finest = finer.work_at(load) * found.phases * FINER_WORK > MOST_WORK
+        finest = finer.work_at(load) * count * FINER_WORK > MOST_WORK
         following = None if good or finest or demand.is_still(height) else finer.refined()
         if following is None:
-            errors = tuple(one + rest for one, rest in zip(found.errors, left, strict=True))
-            return Spectrum(series, errors, found.phases, False, finer.solver(load).name)
+            return finer, left
         finer, earlier = following, changed
 
 
@@ -216,8 +227,8 @@ def fine_enough(contact: Contact, loads: tuple[float, ...], usual: float, demand
     at which the motion nearly cancels.
     """
     finer = contact.refined()
-    phases = min(points_for(demand.highest), JUDGED_PHASES)
-    theta = np.arange(phases) / phases
+    phases = min(points_for(demand.highest), FRAME_PHASES)
+    theta = (np.arange(phases) + GOLDEN) / phases
     seen = Demand(min(demand.highest, phases // 4), demand.orders, demand.tolerance)
     earlier: list[tuple[float, ...] | None] = [None] * len(loads)
     while finer is not None:

@@ -22,7 +22,6 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.forces import Response
-from synth.contact.load_balance import Contact
 from synth.response.load_grid import SolvedRows, first_loads, halfway, heaviest_row, solved_rows
 from synth.response.mip_levels import PLACES_A_HARMONIC, MipLevels
 from synth.response.place_spline import PADDING, padded, spline_coefficients
@@ -40,7 +39,6 @@ from synth.response.table_error import (
     swings,
     widest,
 )
-from synth.surfaces.height_field import HeightField
 
 Indices = np.ndarray[Any, np.dtype[np.intp]]
 
@@ -140,15 +138,13 @@ def refined_making(response: Response, bounds: TableBounds, heaviest: float) -> 
     the targets or reach the limit on work.
     """
     making = TableMaking(response, bounds, heaviest)
-    finer, smaller = response.refined(), response.halved()
+    finer, smaller, larger = response.refined(), response.halved(), response.doubled()
     if finer is not None:
         making = making.on(finer)
     elif smaller is not None:
         making.discrete = making.discrete + making.changed_by(response, smaller) / (1.0 - smaller.settles)
-    elif isinstance(response, Contact) and isinstance(response.geometry.profile, HeightField):
-        from synth.contact.area_path import doubled
-
-        making.discrete = making.discrete + making.changed_by(doubled(response), response)
+    elif larger is not None:
+        making.discrete = making.discrete + making.changed_by(larger, response)
     for _ in range(REFINED):
         discrete, folded = making.excess(making.discrete) / SHARE, making.excess(making.folds) / SHARE_OF_FOLDS
         if max(discrete, folded) <= 1.0 or not making.has_room:

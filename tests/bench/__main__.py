@@ -7,12 +7,14 @@
     python -m tests.bench direct
     python -m tests.bench layered
     python -m tests.bench choices
+    python -m tests.bench fingertip
     python -m tests.bench floods
 
 Parts: solver, voice, limiter, response, effects (each on one core), service, processes; --long adds an hour's render.
-`live`, `page`, `table`, `direct`, `layered`, `choices` and `floods` run only where they are named: `live` loads a
-service with streams for minutes, `page` needs a browser, `table` and `layered` measure tables, `direct` voices without
-one, `choices` opens textures of the catalogue, and `floods` floods a service.
+`live`, `page`, `table`, `direct`, `layered`, `choices`, `fingertip` and `floods` run only where they are named: `live`
+loads a service with streams for minutes, `page` needs a browser, `table` and `layered` measure tables, `direct` voices
+without one, `choices` opens textures of the catalogue, `fingertip` compares 200 renders with brute force, which takes
+an hour, and `floods` floods a service.
 Nothing here passes or fails: a figure over its limit is marked OVER. docs/benchmarks.md explains each line.
 """
 
@@ -30,6 +32,7 @@ from tests.bench import (
     bench_choices,
     bench_direct,
     bench_effects,
+    bench_fingertip,
     bench_floods,
     bench_layered,
     bench_limiter,
@@ -62,6 +65,7 @@ BY_NAME: dict[str, Measure] = {  # only where named
     "direct": bench_direct.figures,
     "layered": bench_layered.figures,
     "choices": bench_choices.figures,
+    "fingertip": bench_fingertip.figures,
     "floods": bench_floods.figures,
 }
 ON_ONE_CORE = ("solver", "voice", "limiter", "response", "effects", "table")

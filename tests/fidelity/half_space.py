@@ -24,7 +24,8 @@ from typing import Any
 
 import numpy as np
 
-from synth.contact.fingertip import REFERENCE_LOAD, FingertipContact
+from synth.contact.fingertip import FingertipContact
+from synth.contact.footprint import REFERENCE_LOAD
 from synth.contact.load_balance import Contact
 from synth.contact.scene_contact import contact_of
 from synth.scene.scene import parse_scene

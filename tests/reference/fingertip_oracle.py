@@ -8,10 +8,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from numba import njit
 from scipy.integrate import quad
+from scipy.interpolate import RectBivariateSpline
 from scipy.optimize import brentq
 
 Real = np.ndarray[Any, np.dtype[np.float64]]
@@ -76,6 +79,105 @@ def footprint_depth(amplitude: float, mean_indentation: float) -> float:
 
     wanted = 4.0 / math.pi * mean_indentation
     return float(brentq(lambda depth: over_oval(depth) - wanted, 1e-12, 2.0 * (wanted + amplitude) + 1e-9, xtol=1e-16))
+
+
+@dataclass(frozen=True)
+class Points:
+    """The highest points of a fingertip, in columns across the scan, each from its highest point down.
+
+    x: of the columns, m.
+    starts: where the points of each column begin [columns + 1].
+    heights: m.
+    lowest: height below which points were left out, m.
+    share: area of a point over L0 W0.
+    """
+
+    x: Real
+    starts: Any
+    heights: Real
+    lowest: float
+    share: float
+
+    @classmethod
+    def of(
+        cls, ridges: Print, size: tuple[float, float], depth: float, lowest: float, columns: float, rows: float
+    ) -> Points:
+        """Return the points that lie above `lowest` (m), in the middles of columns and rows.
+
+        size: length and width of the footprint at 1 N, m.
+        depth: of the paraboloid at its edge, m.
+        columns, rows: number per m.
+
+        The ridges are splines of degree 5 through 32 samples of each.
+        """
+        length, width = 2.0 * size[0], 2.0 * size[1]
+        ridge = ridge_spline(ridges, length, width)
+        many, across = math.ceil(columns * length), math.ceil(rows * width)
+        x = ((np.arange(many) + 0.5) / many - 0.5) * length
+        y = ((np.arange(across) + 0.5) / across - 0.5) * width
+        tall = ridges.amplitude * (1.0 + 4.0 * ridges.height)
+        found, counts = [], []
+        for first in range(0, many, 64):
+            some = x[first : first + 64]
+            at_edge = np.sqrt(max(tall - lowest - depth * float(np.min((2.0 * some / size[0]) ** 2)), 0.0) / depth)
+            near = y[np.abs(y) <= 0.5 * size[1] * at_edge + 1.0 / rows]
+            drop = depth * ((2.0 * some[:, np.newaxis] / size[0]) ** 2 + (2.0 * near / size[1]) ** 2)
+            inside = (some[:, np.newaxis] / length) ** 2 + (near / width) ** 2 < 0.25
+            h = np.where(inside, ridge(some, near) - drop, -np.inf) if len(near) else np.empty((len(some), 0))
+            for one in h:
+                kept = np.sort(one[one > lowest])[::-1]
+                found.append(kept)
+                counts.append(len(kept))
+        share = (length / many) * (width / across) / (size[0] * size[1])
+        return cls(x, np.concatenate([[0], np.cumsum(counts)]), np.concatenate(found), lowest, share)
+
+    def approach(self, heights: Heights, places: Real, indentation: float) -> Real:
+        """Return z (m) at each of `places` (m) by which the texture `heights` has moved; indentation: w / k, m."""
+        under = np.stack([heights(self.x - place) for place in places])
+        z = np.empty(len(places))
+        sum_points(self.starts, self.heights, under, indentation / self.share, z)
+        assert np.all(z - under.max(axis=1) > self.lowest), "points that touch were left out"
+        return z
+
+
+@lru_cache(4)
+def ridge_spline(ridges: Print, length: float, width: float) -> RectBivariateSpline:
+    """Return the ridges over a rectangle about the middle (m), and a little beyond, as a spline."""
+    step = ridges.period / 32.0
+    ends = [math.ceil(0.5 * one / step) + 4 for one in (length, width)]
+    x, y = (np.asarray(np.arange(-end, end + 1) * step, np.float64) for end in ends)
+    heights = np.stack([ridges.heights(np.full(len(y), place), y) for place in x])
+    return RectBivariateSpline(x, y, heights, kx=5, ky=5)
+
+
+@njit(cache=False)
+def sum_points(starts, heights, under, target, z):  # type: ignore[no-untyped-def]
+    """Write z (m) where the sum of max(h - z, 0) is `target` (m), by Newton's method from the left."""
+    at = 0.0
+    for p in range(len(z)):
+        if p == 0:
+            at = -1e9
+            for c in range(len(starts) - 1):
+                if starts[c + 1] > starts[c]:
+                    at = max(at, heights[starts[c]] + under[p, c])
+        at -= 1e-6  # not above z, or Newton's method would have to come back
+        for _turn in range(200):
+            total, count = 0.0, 0
+            for c in range(len(starts) - 1):
+                level = at - under[p, c]
+                for i in range(starts[c], starts[c + 1]):
+                    if heights[i] <= level:
+                        break
+                    total += heights[i] - level
+                    count += 1
+            if count == 0:
+                at -= 1e-6
+                continue
+            change = (total - target) / count
+            at += change
+            if abs(change) < 1e-16:
+                break
+        z[p] = at
 
 
 def approach(x: Real, h1: Real, share: float, heights: Heights, places: Real, indentation: float) -> Real:

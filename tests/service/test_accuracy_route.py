@@ -161,9 +161,9 @@ def test_a_measurement_that_nobody_waits_for_is_never_begun_or_is_ended() -> Non
 
 @pytest.mark.usefixtures("own_process")
 def test_the_measuring_process_hands_on_that_a_scene_is_refused() -> None:
-    fine = {"finger": {"kind": "fingertip"}, "texture": {"period": "10 um"}, "output": {"bandwidth": "full"}}
-    with pytest.raises(SceneError, match="a period of 10 um"):
-        measure_apart(parse_scene(fine), None, threading.Event())
+    flat = {"finger": {"kind": "probe", "tip_radius": "100 mm", "youngs_modulus": "1 kPa"}, "scan": {"load": "900 N"}}
+    with pytest.raises(SceneError, match="which touches within"):
+        measure_apart(parse_scene(flat), None, threading.Event())
 
 
 @pytest.mark.thorough

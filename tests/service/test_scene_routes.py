@@ -106,10 +106,6 @@ def test_the_faults_of_a_scene_point_into_the_body(app: FastAPI, engine: PlainEn
 
 UNSOLVABLE: dict[str, tuple[dict[str, Any], str]] = {
     "a finger too flat": ({"effects": {"curvature": {"radius": 1000}}}, "/finger"),
-    "a texture too fine for a fingertip": (
-        {"finger": {"kind": "fingertip"}, "texture": {"period": "10 um", "amplitude": "1 um"}, "scan": {"speed": 1e-3}},
-        "/texture",
-    ),
     "a texture too large for its finger": (
         {
             "finger": {"contact_length": "10 um"},

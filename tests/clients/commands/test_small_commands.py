@@ -34,7 +34,7 @@ def test_tables_are_made_ahead_for_a_service_of_the_same_folder(ridgewave: RunsR
         0,
         b"",
     ) and f"{folder} has what was solved for 1 textures".encode() in done.stderr
-    assert sorted(path.suffix for path in folder.iterdir()) == [".json"] * 4 + [".safetensors"]
+    assert sorted(path.suffix for path in folder.iterdir()) == [".json"] * 5 + [".safetensors"]
     assert ridgewave("textures", "no-such-texture", "--prepare").returncode == 2
 
 

@@ -13,7 +13,8 @@ from synth.contact.area_contact import CombOnArea
 from synth.contact.area_grid import AreaGrid
 from synth.contact.area_solver import WIDE, highest_tops
 from synth.contact.area_texture import crests_of
-from synth.contact.fingertip import FingertipContact, Footprint
+from synth.contact.fingertip import FingertipContact
+from synth.contact.footprint import Footprint
 from synth.contact.geometry import Geometry
 from synth.contact.scene_contact import contact_of
 from synth.contact.stiffness import Stiffness

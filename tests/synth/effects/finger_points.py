@@ -14,15 +14,20 @@ from tests.reference.shaped_contact_oracle import fitting_radius
 from tests.reference.stiffness_oracle import Touch, stiffness
 from tests.synth.engine_cases import touch_of
 
+COLUMNS, WAVE, ROWS = 128, 64, 64  # of the points: per ridge, per wave of the texture, and per ridge across
 
-def tip_points(scene: Scene) -> Points:
-    """Return the points of docs/scene.md, "A fingertip", with the ridges drawn anew, on a sinusoid."""
+
+def tip_points(scene: Scene, many: float = 1.0) -> Points:
+    """Return the points of docs/scene.md, "A fingertip", that 1 N reaches on a sinusoid; the ridges are drawn anew.
+
+    many: factor on the numbers of columns and rows.
+    """
     finger, texture = scene.finger, scene.texture
     length, width = finger.contact_length, finger.width
     law = replace(touch_of(scene), texture_amplitude=0.0, texture_period=finger.ridge_period, load=1.0)
     depth = footprint_depth(finger.ridge_amplitude, stiffness(law).indentation)
-    columns = max(96, math.ceil(2 * length * max(16 / finger.ridge_period, 8 / texture.period)))
-    rows = max(24, math.ceil(2 * width * max(8 / finger.ridge_period, 16 / texture.period)))
+    columns = math.ceil(many * 2 * length * max(COLUMNS / finger.ridge_period, WAVE / texture.period))
+    rows = math.ceil(many * 2 * width * ROWS / finger.ridge_period)
     column = 2 * length / columns
     x, y = np.meshgrid(
         (np.arange(columns) + 0.5) * column - length,
@@ -34,13 +39,15 @@ def tip_points(scene: Scene) -> Points:
     drawn = Print(finger.ridge_period, finger.ridge_amplitude, "loop", 0.3, 0.3, 0.3, 0)
     heights = drawn.heights(x, y) - depth * ((2 * x / length) ** 2 + (2 * y / width) ** 2)
     cell = column * (2 * width / rows) / (length * width)
+    deep = 2 * math.sqrt(8 / math.pi * stiffness(law).indentation * depth) + 2 * texture.amplitude
+    able = heights > heights.max() - deep - 2 * finger.ridge_amplitude
+    x, heights = x[able], heights[able]
     touch, count = touch_of(scene), float(len(x))
 
     def share(load: float) -> float:
         return stiffness(replace(touch, load=load)).k * cell
 
-    amplitude = texture.amplitude * float(np.sinc(column / texture.period))
-    return Points(x, heights, share, lambda _load: (0.0, count), amplitude, texture.period, texture.phase)
+    return Points(x, heights, share, lambda _load: (0.0, count), texture.amplitude, texture.period, texture.phase)
 
 
 def points_of(kind: str, scene: Scene, heaviest: float) -> Points:

@@ -19,7 +19,7 @@ from tests.reference.moving_oracle import Harmonics
 from tests.reference.moving_points_oracle import Points
 from tests.reference.shaped_contact_oracle import smooth_half_length
 from tests.reference.stiffness_oracle import stiffness
-from tests.synth.effects.finger_points import points_of
+from tests.synth.effects.finger_points import points_of, tip_points
 from tests.synth.effects.whole_renders import check_quantities, errors_of, scene_of
 from tests.synth.engine_cases import Real, physical, touch_of
 
@@ -122,7 +122,7 @@ def attracted(points: Points, area: float, stress: float = STRESS, reach: float 
 @pytest.mark.parametrize("kind", ["fingertip", thorough("probe")])
 def test_an_attraction_pulls_as_brute_force_does(kind: str) -> None:
     scene = scene_of("default", {"adhesion": {}}, finger=FINGERS[kind])
-    points = points_of(kind, scene, HEAVIEST)
+    points = tip_points(scene, 1.6) if kind == "fingertip" else points_of(kind, scene, HEAVIEST)
     z = attracted(points, area_of(kind, scene, points))
     wanted = Harmonics(np.fft.rfft(z) / COUNT, scene.scan.speed / points.period)
     check_quantities(scene, (wanted,), 1e-3)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import ridgewave as rw
-from tests.few import few, paired, thorough
+from tests.few import paired, thorough
 
 LOW, HIGH = 0.78, 0.82
 FINGERS = {"comb": {}, "fingertip": {"kind": "fingertip", "contact_length": "6 mm"}, "probe": {"kind": "probe"}}

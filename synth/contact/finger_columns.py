@@ -1,0 +1,233 @@
+"""The area of a fingertip above a level, in columns across the scan: what eq. 1 needs of the finger alone.
+
+Model   A(x, l) is the integral over y of max(h1(x, y) - l, 0): the area above the level l of the cross-section at x.
+        The heights h1 are sampled at equal steps. Between samples they are polynomials of degree 5 along x and along y.
+        In each column the surface is a polyline of close rows. A and N = -dA/dl, the width that lies above the level,
+        are exact for the polyline at equal steps of l, and cubic between them.
+Source  Fagiani & Barbieri (2016), eq. 1. The columns are this project's.
+Limits  Columns, rows and levels are numerics: all become closer together with `coarser`, and the change is the error
+        that is told. Below the lowest level of a column A is linear in l only where the whole column touches, so the
+        levels must reach as deep as the finger is pressed in: `FingerSurface.columns` makes them deeper on demand.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.contact.footprint import REACH, Footprint
+from synth.kernels import kernel
+from synth.surfaces.ridge_field import WAVES, RidgeField
+
+Floats = np.ndarray[Any, np.dtype[np.float32]]
+
+SAMPLES = 24  # per ridge along and across: polynomials of degree 5 between them err by 1e-6 of the ridges
+FEWEST_SAMPLES = 96  # over the length or the width of the smallest fingertip
+COLUMNS = 64  # per ridge, or FEWEST over the length
+ROWS = 2.0  # per sample across
+FEWEST = 256  # columns of the smallest fingertip
+BESIDE = 4  # samples beyond the oval on every side
+LEVELS = 128  # over the height of the ridges and the depth of the nominal footprint
+BENEATH = 0.25  # of that height: how far below the lowest level rows are known, so that deeper columns change none
+SHALLOWEST = 0.75  # of that height: less deep columns are not made
+DEEPER = 1.3  # factor between the depths for which columns are made: a finger at many loads needs few
+MOST_SWELL = math.sqrt(2.0 * WAVES)  # bound of the random field of the ridges' heights
+SURFACES_KEPT, COLUMNS_KEPT = 4, 4  # 7 MB a surface, 1 to 30 MB the columns
+
+
+@dataclass(frozen=True)
+class FingerColumns:
+    """A and N of a fingertip at equal steps of x and of the level.
+
+    first: x of the first column, m.
+    step: between columns, m.
+    top: the highest level, m; every column lies below it.
+    drop: between levels, m.
+    areas: float32 [columns, levels, 2]: A (m^2), and N times `drop` (m^2), at the levels top - i drop.
+    ends: the same at the last level, float64 [columns, 2]: below it, rounding would grow with the depth.
+    tops: height of the highest point of each column, m; -inf: none.
+    """
+
+    first: float
+    step: float
+    top: float
+    drop: float
+    areas: Floats
+    ends: Array
+    tops: Array
+
+
+@dataclass(frozen=True, slots=True)
+class FingerSurface:
+    """The surface of a fingertip: ridges on a paraboloid, within an oval.
+
+    field: the ridges.
+    footprint: on a flat plate at 1 N.
+    """
+
+    field: RidgeField
+    footprint: Footprint
+
+    def heights(self, x: Array, y: Array) -> Array:
+        """Return the height (m) at every pair of `x` and `y` (m, from the middle): [len(x), len(y)]."""
+        return self.field.heights(x, y) - self.footprint.drop(x, y)
+
+    def columns(self, depth: float, coarser: float) -> FingerColumns:
+        """Return columns whose levels reach at least `depth` (m) below the top of the fingertip.
+
+        coarser: factor on the distance of columns and rows; that of levels has its root.
+        Deeper columns have the same values at the levels that they share, so results do not depend on the depth.
+        """
+        usual = self.footprint.depth + 2.0 * self.field.amplitude
+        drop, least = math.sqrt(coarser) * usual / LEVELS, SHALLOWEST * usual
+        steps = max(math.ceil(math.log(max(depth, least) / least) / math.log(DEEPER)), 0)
+        reached = min(least * DEEPER**steps, self.tall)
+        return finger_columns(self, math.ceil(reached / drop) + 3, drop, coarser)
+
+    @property
+    def tall(self) -> float:
+        """Bound of the distance from the highest to the lowest point (m); further below, every column touches whole."""
+        ridges = self.field.amplitude * (1.0 + MOST_SWELL * self.field.height_spread)
+        return REACH**2 * self.footprint.depth + 2.0 * ridges
+
+
+@lru_cache(SURFACES_KEPT)
+def samples_of(surface: FingerSurface) -> tuple[float, float, Array]:
+    """Return the distances of the samples along and across (m), and the heights (m) [along, across].
+
+    There are BESIDE samples more than the oval needs on every side.
+    """
+    length, width = surface.footprint.reach
+    steps = [max(SAMPLES * one / surface.field.period, FEWEST_SAMPLES) for one in (length, width)]
+    along, across = (one / math.ceil(count) for one, count in zip((length, width), steps, strict=True))
+    counts = math.ceil(steps[0]), math.ceil(steps[1])
+    x, y = (
+        np.asarray(np.arange(-BESIDE, count + BESIDE + 1) * step - 0.5 * size, np.float64)
+        for count, step, size in zip(counts, (along, across), (length, width), strict=True)
+    )
+    return along, across, surface.heights(x, y)
+
+
+@lru_cache(COLUMNS_KEPT)
+def finger_columns(surface: FingerSurface, levels: int, drop: float, coarser: float) -> FingerColumns:
+    """Return the columns of `surface`.
+
+    levels: their number.
+    drop: their distance, m.
+    coarser: factor on the distance of columns and, as its root, of rows.
+    """
+    (length, width), ridge = surface.footprint.reach, surface.field.period
+    columns = math.ceil(max(COLUMNS * length / ridge, FEWEST) / coarser)
+    along, across, samples = samples_of(surface)
+    x = (np.arange(columns) + 0.5) * (length / columns) - 0.5 * length
+    chords = 0.5 * width * np.sqrt(np.maximum(1.0 - (2.0 * x / length) ** 2, 0.0)) / across
+    places = (x + 0.5 * length) / along + BESIDE
+    rows = math.ceil(ROWS / math.sqrt(coarser))
+    top = float(np.max(samples)) + drop
+    areas, tops = np.zeros((columns, levels, 2), np.float32), np.full(columns, -math.inf)
+    ends = np.zeros((columns, 2))
+    beneath = top - (levels - 1) * drop - BENEATH * (surface.footprint.depth + 2.0 * surface.field.amplitude)
+    deposit(samples, places, chords, sixths(np.arange(rows) / rows), across, top, drop, beneath, areas, ends, tops)
+    return FingerColumns(float(x[0]), length / columns, top, drop, areas, ends, tops)
+
+
+def sixths(t: Array) -> Array:
+    """Return the weights of six samples at -2 to 3 of the polynomial of degree 5 through them at `t`: [len(t), 6]."""
+    known = np.arange(-2, 4)
+    return np.stack(
+        [np.prod([(t - other) / (own - other) for other in known if other != own], axis=0) for own in known],
+        axis=1,
+    )
+
+
+@kernel
+def deposit(samples, places, chords, weights, across, top, drop, beneath, areas, ends, tops):
+    """Write A, N times `drop` and the highest point of every column.
+
+    samples: heights, m [along, across].
+    places: of the columns, in samples.
+    chords: half the width of the oval at each column, in samples.
+    weights: of six samples at each row between two samples [rows, 6].
+    across: distance of the samples, m.
+    beneath: height below which rows need not be known, m; neighbours of the rows that count lie above it.
+    """
+    count, levels, rows = samples.shape[1], areas.shape[1], len(weights)
+    line, fine = np.empty(count), np.empty(count * rows)
+    begun, moment = np.empty(levels + 1), np.empty(levels + 1)
+    width, area, lowest, middle = np.empty(levels), np.empty(levels), top - (levels - 1) * drop, 0.5 * (count - 1)
+    for c in range(len(places)):
+        blend(samples, places[c], line)
+        begun[:], moment[:], width[:], area[:] = 0.0, 0.0, 0.0, 0.0
+        first, last = middle - chords[c], middle + chords[c]
+        begin, end = max(int(first) - 1, 2), min(int(last) + 2, count - 3)
+        highest = refine_rows(line, begin, end, weights, beneath, fine)
+        for r in range(begin * rows + 1, end * rows - 2):
+            h, after = fine[r], fine[r + 1]
+            if max(h, after) <= lowest:
+                continue
+            inside = min((r + 1.0) / rows, last) - max(float(r) / rows, first)  # the oval may end within a row
+            if inside <= 0.0:
+                continue
+            if fine[r - 1] > -math.inf and fine[r + 2] > -math.inf:  # the mean of a curved row, not of its chord
+                bend = (fine[r - 1] - h - after + fine[r + 2]) / 24.0
+                h, after = h - bend, after - bend
+            metres = inside * across
+            low, high = min(h, after), max(h, after)
+            past = max(math.ceil((top - low) / drop), 0)  # the first level at or below the row
+            for n in range(max(math.ceil((top - high) / drop), 0), min(past, levels)):
+                over = high - (top - n * drop)
+                part = min(over / (high - low), 1.0)
+                width[n] += metres * part
+                area[n] += 0.5 * metres * part * over
+            if past < levels:
+                begun[past] += metres
+                moment[past] += metres * (0.5 * (low + high) - top)
+        tops[c] = highest
+        whole, volume = 0.0, 0.0
+        for n in range(levels):
+            whole += begun[n]
+            volume += moment[n]
+            ends[c, 0], ends[c, 1] = area[n] + volume + whole * n * drop, (width[n] + whole) * drop
+            areas[c, n, 0], areas[c, n, 1] = ends[c, 0], ends[c, 1]
+
+
+@kernel
+def blend(samples, place, line):
+    """Write the heights of one column, of degree 5 between the samples along; place: of the column, in samples."""
+    at = int(place)
+    t, count = place - at, samples.shape[1]
+    line[:] = 0.0
+    for own in range(-2, 4):
+        weight = 1.0
+        for other in range(-2, 4):
+            if other != own:
+                weight *= (t - other) / (own - other)
+        for i in range(count):
+            line[i] += weight * samples[at + own, i]
+
+
+@kernel
+def refine_rows(line, begin, end, weights, lowest, fine):
+    """Write the heights of all rows between the samples `begin` and `end`; return the highest.
+
+    Where the surface lies below `lowest`, the height is -inf.
+    """
+    rows, highest = len(weights), -math.inf
+    for i in range(begin, end):
+        high = max(max(line[i - 1], line[i]), max(line[i + 1], line[i + 2]))
+        low = min(min(line[i - 1], line[i]), min(line[i + 1], line[i + 2]))
+        highest = max(highest, high)
+        for k in range(rows):
+            h = -math.inf
+            if high + 0.5 * (high - low) > lowest:
+                h = 0.0
+                for n in range(6):
+                    h += weights[k, n] * line[i - 2 + n]
+                highest = max(highest, h)
+            fine[i * rows + k] = h
+    return highest
