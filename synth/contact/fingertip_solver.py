@@ -30,7 +30,6 @@ from synth.kernels import inlined, inner, signed_kernel
 Floats = np.ndarray[Any, np.dtype[np.float32]]
 
 CELLS_A_NODE = 4  # work of a node under the finger, in cells of the exact solver: 20 to 40 ns
-CLOSER = 1  # columns of B per column of the finger: B is linear between its columns
 FEWEST_COLUMNS = 64  # of B, over a period
 MOST_STEPS = 100  # never reached in the tests; limits the time per phase
 SETTLED = 1e-7  # of the scale: Newton's method ends after a step this small, with an error of its square
@@ -68,7 +67,7 @@ class Fold:
         """Return the fold of `columns` over `period` (m); area: L0 W0, m^2."""
         width = columns.step * (len(columns.areas) + 1)
         whole = min(period, width)
-        count = max(math.ceil(CLOSER * whole / columns.step), FEWEST_COLUMNS)
+        count = max(math.ceil(whole / columns.step), FEWEST_COLUMNS)
         levels = columns.areas.shape[1]
         areas, ends = np.zeros((count + 1, levels, 2), np.float32), np.zeros((count + 1, 2))
         tops = np.full(count + 1, -math.inf)

@@ -1,8 +1,8 @@
 """Places along a texture at which eq. 1 under a fingertip is summed: the nodes of a quadrature over a period.
 
-Model   A period is divided into pieces. A piece that is longer or rises by more than asked is divided at the corner
-        that is nearest to its middle, or at its middle. Each piece has the two nodes of Gauss's rule. So the nodes
-        follow the edges of a texture, however steep, and are far apart where it is flat.
+Model   A period is divided into pieces. A piece that rises by more than asked, or has one of few corners within, is
+        divided at the corner that is nearest to its middle, or at its middle. Each piece has the two nodes of Gauss's
+        rule. So the nodes follow the edges of a texture, however steep, and are far apart where it is flat.
 Source  Gauss-Legendre quadrature. The division is this project's.
 Limits  A rise within a piece is seen at its corners and at LOOKS places.
 """
@@ -54,8 +54,9 @@ def pieces(texture: Profile, length: float, rise: float) -> Array:
     """Return the ends of the pieces (m), from the first corner, or 0, over a period."""
     period, corners = texture.period, np.asarray(texture.corners, np.float64)
     begin = float(corners[0]) if len(corners) else 0.0
+    sparse = len(corners) * length < period
     corners = np.append(corners[1:], np.inf)
-    ends = np.linspace(begin, begin + period, max(2, math.ceil(period / length / 64.0)) + 1)
+    ends = np.linspace(begin, begin + period, math.ceil(period / length) + 1)
     looked = np.arange(LOOKS) / (LOOKS - 1)
     for _ in range(MOST_HALVINGS):
         begins, widths = ends[:-1], np.diff(ends)
@@ -70,10 +71,9 @@ def pieces(texture: Profile, length: float, rise: float) -> Array:
         at_corner = texture.heights(np.where(inside, corner, middle))
         above = np.maximum(heights.max(axis=1), at_corner)
         below = np.minimum(heights.min(axis=1), at_corner)
-        # a piece that is short enough keeps its corners within: what they do there is below `rise`
-        long = (widths > length) | (above - below > rise)
-        few = inside & (widths > 0.25 * length)
-        divided = long | few
+        divided = (widths > 1.001 * length) | (above - below > rise)
+        if sparse:  # many corners within short pieces are seen by their rise alone
+            divided |= inside & (widths > 0.25 * length)
         if not divided.any():
             return ends
         where = np.where(inside, corner, middle)[divided]

@@ -60,7 +60,7 @@ LEFT_OF_CHANGE = 0.7  # error of cells over the change by cells twice as large: 
 MOST_MAKING, WORKERS = 3.0, 2  # predicted s of processor time to make a layered table, and number of threads
 MEAN_TOLERANCE = 0.1  # tolerance of the mean of z over the load; its error is a thousandth of it, of the peak-to-peak
 AREA_MEAN_TOLERANCE = 2.0  # for fingertips, areas and long surfaces: 0.2 %, below the error of a mean over PLACES
-COARSER_ON_LINE = ((1.0, 0.13), (1.5, 0.14), (2.0, 0.22))
+COARSER_ON_LINE = ((1.0, 0.1), (2.0, 0.22))
 """Factors on the distances of a fingertip's columns, and the predicted s per second up to which each is taken. At 3 a
 smooth texture may have noise as loud as itself."""
 PLACES, MEANS = 128, 9  # places, and least number of loads, of the mean: a fingertip takes 30 us per place and load

@@ -202,6 +202,8 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
         tolerance = _imperceptible(contact, asked)
     left = beside_cells(tolerance, cells)
     contact, shapes, demand = _shaped(asked, contact, left)
+    if file and line and any(asked_effects(scene, Kind.BALANCE)):
+        cells = cells_along_line(asked, contact, cache)  # a simulation has no series that tells them
     spectrum = _series(asked, contact, demand, cache)
     if all(one.full_scale for one in scene.output.channel_list) and demand.of_still(spectrum.harmonics):
         spectrum = _series(asked, contact, replace(demand, still=0.0), cache)  # a given full scale keeps it heard
