@@ -127,7 +127,7 @@ def finger_columns(surface: FingerSurface, levels: int, drop: float, coarser: fl
     x = (np.arange(columns) + 0.5) * (length / columns) - 0.5 * length
     chords = 0.5 * width * np.sqrt(np.maximum(1.0 - (2.0 * x / length) ** 2, 0.0)) / across
     places = (x + 0.5 * length) / along + BESIDE
-    rows = math.ceil(ROWS / math.sqrt(coarser))
+    rows = max(round(ROWS / math.sqrt(coarser)), 1)  # each doubling of `coarser` must change it: 6, 4, 3, 2, 1
     top = float(np.max(samples)) + drop
     areas, tops = np.zeros((columns, levels, 2), np.float32), np.full(columns, -math.inf)
     ends = np.zeros((columns, 2))

@@ -170,15 +170,15 @@ class FingertipContact(Contact):
     def halved(self) -> Self | None:
         """Return the contact at half of its distances, or None.
 
-        It is None where columns, nodes or cells would be too many, and along a line unless it refines: the error of a
-        voice is then the change from distances twice as large.
+        It is None where columns, nodes or cells would be too many, and below the usual distances along a line unless it
+        refines: the error of a voice is then the change from distances twice as large.
         """
         texture = self.geometry.profile
         if isinstance(texture, HeightField):
             from synth.contact.area_contact import smaller_cells
 
             return smaller_cells(self, self.footprint.reach, self.field.period)
-        if not self.refines or 0.5 * self.coarser < FINEST:
+        if 0.5 * self.coarser < (FINEST if self.refines else 1.0):
             return None
         grid, finer = self.grid, replace(self, coarser=0.5 * self.coarser)
         assert isinstance(grid, FingertipGrid) and isinstance(finer.grid, FingertipGrid)

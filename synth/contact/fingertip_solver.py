@@ -30,7 +30,7 @@ from synth.kernels import inlined, inner, signed_kernel
 Floats = np.ndarray[Any, np.dtype[np.float32]]
 
 CELLS_A_NODE = 4  # work of a node under the finger, in cells of the exact solver: 20 to 40 ns
-FEWEST_COLUMNS = 64  # of B, over a period
+FEWEST_COLUMNS = 64  # of B, over a period, at the usual distances: halving must bring these closer, too
 MOST_STEPS = 100  # never reached in the tests; limits the time per phase
 SETTLED = 1e-7  # of the scale: Newton's method ends after a step this small, with an error of its square
 EMPTY = 1e-14  # of the scale: smaller indentations count as none, and z is the highest point
@@ -63,11 +63,11 @@ class Fold:
     drop: float
 
     @classmethod
-    def of(cls, columns: FingerColumns, period: float, area: float) -> Fold:
-        """Return the fold of `columns` over `period` (m); area: L0 W0, m^2."""
+    def of(cls, columns: FingerColumns, period: float, area: float, coarser: float) -> Fold:
+        """Return the fold of `columns` over `period` (m); area: L0 W0, m^2; coarser: as of `FingertipGrid`."""
         width = columns.step * (len(columns.areas) + 1)
         whole = min(period, width)
-        count = max(math.ceil(whole / columns.step), FEWEST_COLUMNS)
+        count = math.ceil(max(whole / columns.step, FEWEST_COLUMNS / coarser))
         levels = columns.areas.shape[1]
         areas, ends = np.zeros((count + 1, levels, 2), np.float32), np.zeros((count + 1, 2))
         tops = np.full(count + 1, -math.inf)
@@ -203,7 +203,7 @@ class FingertipGrid:
 
     def _deepen(self, depth: float) -> None:
         """Make the columns for a level `depth` (m) below the top of the fingertip."""
-        self._fold = Fold.of(self.surface.columns(depth, self.coarser), self.period, self.area)
+        self._fold = Fold.of(self.surface.columns(depth, self.coarser), self.period, self.area, self.coarser)
 
 
 @signed_kernel("void(f4[:,:,::1], f8[:,::1], f8[::1], f8, f8, i8, f8, f4[:,:,::1], f8[:,::1], f8[::1])")

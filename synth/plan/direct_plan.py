@@ -285,9 +285,12 @@ def _along_line(
     least = least_solutions(whole)
     swing = Swing(least * SOLUTIONS * band, band, fastest)
     folded, seconds = folded_errors(whole, swing, loads)
-    larger = contact.doubled()
-    pair = (contact, contact.refined()) if larger is None else (larger, contact)
-    coarse = changed_by(*pair, swing, loads[1])
+    smaller, larger = contact.refined() or contact.halved(), contact.doubled()
+    if smaller is None and larger is not None:
+        coarse = changed_by(larger, contact, swing, loads[1])
+    else:
+        left = 1.0 if larger is None else 1.0 / (1.0 - contact.settles)
+        coarse = left * changed_by(contact, smaller, swing, loads[1])
     finer, steps, errors = _filtered(rate, swing, folded, coarse, tolerance, least)
     return DirectPlan(whole, mean, heaviest, band, finer, steps, fastest, loads, errors, seconds)
 
