@@ -27,6 +27,7 @@ from synth.surfaces.ridge_field import WAVES, RidgeField
 Floats = np.ndarray[Any, np.dtype[np.float32]]
 
 SAMPLES = 24  # per ridge along and across: polynomials of degree 5 between them err by 1e-6 of the ridges
+MOST_SAMPLES = 4000  # along or across: 128 MB; reached by fingertips of 38 mm, and at 100 mm they err by some 1e-4
 FEWEST_SAMPLES = 96  # over the length or the width of the smallest fingertip
 COLUMNS = 64  # per ridge, or FEWEST over the length
 ROWS = 2.0  # per sample across
@@ -103,7 +104,7 @@ def samples_of(surface: FingerSurface) -> tuple[float, float, Array]:
     There are BESIDE samples more than the oval needs on every side.
     """
     length, width = surface.footprint.reach
-    steps = [max(SAMPLES * one / surface.field.period, FEWEST_SAMPLES) for one in (length, width)]
+    steps = [min(max(SAMPLES * one / surface.field.period, FEWEST_SAMPLES), MOST_SAMPLES) for one in (length, width)]
     along, across = (one / math.ceil(count) for one, count in zip((length, width), steps, strict=True))
     counts = math.ceil(steps[0]), math.ceil(steps[1])
     x, y = (

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.finger_columns import FingerSurface
+from synth.contact.finger_columns import COLUMNS, FingerSurface
 from synth.contact.fingertip_solver import FingertipGrid
 from synth.contact.footprint import Footprint
 from synth.contact.full_contact import FullContact
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 PIECES_A_RIDGE, FEWEST_PIECES = 16, 48  # of the texture: per ridge, and least number under the finger and per period
 RISES = 8  # pieces over the height of a ridge, where the texture is steep
 FINEST = 1.0 / 8.0  # least factor on all of these distances: 30 MB of columns, 0.4 s
-MOST_NODES = 1 << 17  # of a period: 5 MB
+MOST_NODES, MOST_COLUMNS = 1 << 17, 24_000  # of a period, 5 MB; of a finger, as 10 mm have at FINEST
 LINES_KEPT, FINER_KEPT = 12, 3  # solvers on textures along a line: 1 to 10 MB each; finer ones for files, 5 to 50 MB
 GRIDS_KEPT = 4  # solvers over an area, since a scene is prepared more than once; 1 to 80 MB each
 SMALLER_KEPT = 2  # the same with smaller cells: a file solves the last two sizes at several loads; up to 80 MB each
@@ -178,7 +178,8 @@ class FingertipContact(Contact):
             from synth.contact.area_contact import smaller_cells
 
             return smaller_cells(self, self.footprint.reach, self.field.period)
-        if 0.5 * self.coarser < (FINEST if self.refines else 1.0):
+        columns = COLUMNS * self.footprint.reach[0] / self.field.period / (0.5 * self.coarser)
+        if 0.5 * self.coarser < (FINEST if self.refines else 1.0) or columns > MOST_COLUMNS:
             return None
         grid, finer = self.grid, replace(self, coarser=0.5 * self.coarser)
         assert isinstance(grid, FingertipGrid) and isinstance(finer.grid, FingertipGrid)

@@ -196,6 +196,8 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
             contact = first_cells(contact)
         elif not asked.area:
             cells = cells_along_line(asked, contact, cache)
+    elif file and line:
+        contact = first_cells(contact)
     elif bounded and (not asked.moving or any(asked_effects(scene, Kind.BALANCE))):
         cells = cells_along_line(asked, contact, cache)
     if scene.accuracy.tolerance == "imperceptible":
