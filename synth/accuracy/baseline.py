@@ -3,9 +3,8 @@
 Stage   no stage. A report of accuracy compares it with `methods`.
 Model   Eq. 1 is integral over [0, L] of max(h - z, 0) dx = w L / k. The integral is computed on equally spaced points,
         and `brentq` finds z, one phase at a time. Under a fingertip the integral is a sum over equally spaced points of
-        its area. "Frames" are solved at each output frame, or are oversampled and then
-        band-limited. A "table" is one period, solved once and read like any series. From size to size, both the points
-        and the solutions increase.
+        its area. "Frames" are solved at each output frame, or are oversampled and then band-limited. A "table" is one
+        period, solved once and read like any series. From size to size, both the points and the solutions increase.
 Source  Fagiani & Barbieri (2016), eqs 1-5.
 Limits  The times are those of `brentq` at PROBES phases, scaled to the number of phases. The errors are those of the
         same roots, computed in closed form: with falling heights h_1 >= h_2 >= ... and weights v_i, the root is the
@@ -19,15 +18,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from synth.accuracy.methods import Case, Method, Ready, read_by, seconds_a_phase
 from synth.arrays import Array
-from synth.contact.fingertip import FingertipContact
 from synth.contact.load_balance import Contact
 from synth.response.series_curve import SeriesCurve
 from synth.surfaces.height_field import HeightField
+
+if TYPE_CHECKING:
+    from synth.contact.fingertip import FingertipContact
 
 SIZES = tuple((25 * 2**power, 2 ** round(0.45 * power)) for power in range(8))
 """Points per ridge and solutions per frame. Folding is proportional to solutions^-2.5, and the error of the rule to
@@ -143,11 +145,13 @@ class PointSum:
 
 def baseline_methods(case: Case) -> Iterator[Method]:
     """Yield the baseline as frames, then as tables, each with the fewest points first."""
-    if isinstance(case.contact, FingertipContact) and not isinstance(case.contact.geometry.profile, HeightField):
+    if isinstance(case.contact.geometry.profile, HeightField):
+        return
+    if not case.contact.of_one_line:
+        tip: Any = case.contact  # without a height field only a fingertip has heights over an area
         for points, phases in AREA_SIZES:
             name = f"sum over points and brentq, {points} points a ridge, tabled, {phases} phases"
-            yield _tabled(case, PointSum(case.contact, case.load, points), name, phases)
-    if not case.contact.of_one_line:
+            yield _tabled(case, PointSum(tip, case.load, points), name, phases)
         return
     rules = [(points, count, Trapezoid(case.contact, case.load, points)) for points, count in SIZES]
     for points, count, rule in rules:

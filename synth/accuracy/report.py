@@ -42,7 +42,7 @@ BUDGET = 45.0  # s of measuring
 ENOUGH = 0.5  # s of timing, after which no further run is timed
 CLOCK_STEP = 1e-9  # s: a time that the clock shows as none counts as this
 REFERENCE_TOLERANCE = 1e-8  # below the rounding of float32; a larger one would add to the errors of the best methods
-SEEN_TWICE = 16  # phases per point at which the error of the reference's columns is judged
+COLUMN_PHASES = 16  # phases per point at which the error of the reference's columns is judged
 SEEN_PHASES = 1 << 17  # smallest number of phases of a period at which errors are computed
 
 Progress = Callable[[str, int, int], None]
@@ -133,7 +133,7 @@ def _of_columns(case: Case) -> float:
         return 0.0
     points = points_for(case.solved.highest)
     cases = replace(case, contact=larger), case
-    before, after = (one.series(one.heights, SEEN_TWICE * points) for one in cases)
+    before, after = (one.series(one.heights, COLUMN_PHASES * points) for one in cases)
     return float(np.max(np.abs(curves(after - before, 0, points)))) / case.extent
 
 
