@@ -221,6 +221,7 @@ def test_a_scene_that_is_refused_leaves_the_one_before_and_says_so(watched_page:
     watch.allow("status of 422")
     page.click("#start")
     page.wait_for_function(LIVE)
+    page.wait_for_function(AGREED)  # the first picture may come after the first sound
     page.evaluate("() => ridgewave.state.write(['finger', 'contact_length'], '1 um')")
     page.wait_for_function(f"() => {NOTE}.textContent.startsWith('This scene is refused')")
     page.click("#undo")
