@@ -76,7 +76,7 @@ function optionGroup([label, entries]) {
 /** What the page shows of the chosen texture: a picture beside the menu, a sentence, and its numbers when opened. */
 class TextureDescription {
   #text;
-  #picture = make("img", { id: "texture-picture", alt: "", hidden: true });
+  #picture = make("img", { id: "texture-picture", alt: "", "data-empty": true });
   #numbers = make("div");
   #summary = make("summary");
   #details = make("details", { id: "texture-sources", hidden: true }, this.#summary, this.#numbers);
@@ -106,7 +106,7 @@ class TextureDescription {
   }
 
   async #draw(entry) {
-    this.#picture.hidden = true;
+    this.#picture.toggleAttribute("data-empty", true);
     if (!entry) return;
     const answer = await callBinary("GET", entry.picture).catch(() => null); // the menu works without its pictures
     const image = await answer?.blob();
@@ -114,7 +114,7 @@ class TextureDescription {
     URL.revokeObjectURL(this.#picture.src);
     this.#picture.src = URL.createObjectURL(image);
     this.#picture.alt = `5 mm of the surface, lit from the left: ${entry.title}`;
-    this.#picture.hidden = false;
+    this.#picture.toggleAttribute("data-empty", false);
   }
 
   async #showNumbers(entry) {

@@ -57,7 +57,8 @@ STATES = """async () => {
 }"""
 NOTED = "() => !document.getElementById('pad-note').hidden"
 QUIET = "() => document.getElementById('pad-note').hidden && !document.querySelector('[data-stale]')"
-CANCELS = {"texture": {"period": "0.5 mm"}, "finger": {"ridge_period": "0.41 mm"}}
+WARNED = {"finger": {"contact_length": "8 mm"}}
+ANOTHER = {"texture": {"period": "0.5 mm"}, "finger": {"ridge_period": "0.41 mm"}}
 
 
 @contextmanager
@@ -83,7 +84,7 @@ def test_no_status_moves_the_pad_under_a_finger(chromium: Browser, service: Runn
         page.evaluate(HOLD)
         page.wait_for_function("() => document.getElementById('limiter').hasAttribute('data-lit')")
         assert page.is_visible("#rescale")
-        page.evaluate("(scene) => ridgewave.state.take(scene)", {**LOUD, **CANCELS})
+        page.evaluate("(scene) => ridgewave.state.take(scene)", {**LOUD, **ANOTHER})
         page.wait_for_function(NOTED)
         page.wait_for_function(QUIET)
         target, breaker.target = breaker.target, None
@@ -114,6 +115,34 @@ def test_warnings_wait_until_the_finger_lifts(chromium: Browser, service: Runnin
         page.evaluate("() => lift()")
         page.wait_for_selector("#warnings:not([hidden])")
         assert page.locator("#warnings p").all_inner_texts() == warnings
+
+
+TOUCHED = ["texture", "pad", "load", "speed", "stroke", "true-ratio", "record"]
+"""What a hand reaches for while it compares textures."""
+PLACES = "(ids) => ids.map((id) => { const {x, y, width, height} = document.getElementById(id)" \
+         ".getBoundingClientRect(); return [x, y + scrollY, width, height].join(' '); })"  # fmt: skip
+
+
+@pytest.mark.parametrize("screen", few(SCREENS, 2))
+def test_no_texture_and_no_warning_moves_what_is_touched(chromium: Browser, service: Running, screen: str) -> None:
+    """The descriptions have one to five lines, and a plan has no warnings or several."""
+    with on_screen(chromium, service.url + link_to({}), SCREENS[screen]) as page:
+        page.wait_for_function(QUIET)
+        names = page.evaluate(
+            "() => [...document.querySelectorAll('#texture option:not([hidden])')].map((o) => o.value)"
+        )
+        places, heights = set(), set()
+        for name in names[:: 1 + len(names) // 30]:
+            page.evaluate("""(name) => { const menu = document.getElementById("texture"); menu.value = name;
+              menu.dispatchEvent(new Event("change")); }""", name)  # fmt: skip
+            places.add(tuple(page.evaluate(PLACES, TOUCHED)))
+            heights.add(page.locator("#texture-about").bounding_box()["height"])
+        assert len(heights) > 1, "the descriptions differ in length"
+        for scene, hidden in ((WARNED, "false"), ({}, "true")):
+            page.evaluate("(scene) => ridgewave.state.take(scene)", scene)
+            page.wait_for_function(f"() => document.getElementById('warnings').hidden === {hidden}")
+            places.add(tuple(page.evaluate(PLACES, TOUCHED)))
+        assert len(places) == 1
 
 
 def test_a_shift_would_be_seen(chromium: Browser, service: Running) -> None:
