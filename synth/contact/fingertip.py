@@ -135,7 +135,7 @@ class FingertipContact(Contact):
         geometry = geometry.as_profile()
         # eqs 4-5 require a period of the plate, too, which has none: that of the ridges is chosen
         flat = replace(geometry, profile=None, texture_amplitude=0.0, texture_period=geometry.ridge_period)
-        law = Stiffness.of_contact(flat, stiffness.contact_modulus)
+        law = Stiffness.of_contact(flat, stiffness.contact_modulus, width)
         law = replace(law, given=stiffness.given)
         if geometry.ridge_amplitude == 0.0:  # eqs 4-5 have no stiffness for two flat surfaces
             law = stiffness

@@ -28,6 +28,7 @@ TOGETHER = 64  # phases that are solved together
 COLUMNS, ROWS, WAVE = 512, 150, 64  # of brute force: per ridge, and columns per wave of the texture
 PROBED = 64  # phases at which fewer points tell which points may touch
 SMALLER = 0.7  # factor on the columns and rows of brute force whose change tells how far to trust it
+FOLDED = 0.35  # factor on the columns and rows whose solutions at more phases tell what too few phases fold back
 
 
 def random_scene(seed: int) -> dict[str, Any]:
@@ -56,7 +57,7 @@ class Found:
 
     true: against brute force.
     told: by the plan.
-    doubt: change of brute force with fewer points.
+    doubt: change of brute force with fewer points and fewer phases.
     """
 
     quantity: str
@@ -82,22 +83,33 @@ def render_errors(
     turns = scene.scan.speed / scene.texture.period
     highest = max(1, math.ceil(scene.output.band_limit / turns) - 1)
     count = 1 << max(8, (8 * highest).bit_length())
-    fine, rough = (brute_series(scene, highest, count, factor) for factor in (many, SMALLER * many))
+    fine, rough = (series_of(brute_heights(scene, count, factor), highest) for factor in (many, SMALLER * many))
+    most = brute_heights(scene, 4 * count, FOLDED * many)
+    few, some, more = (series_of(most[::step], highest) for step in (4, 2, 1))
+    folded, doubted = few - more, (fine - rough, some - more)
+    fine = fine - folded
     times, n = np.arange(len(sound.values)) / RATE, np.arange(1, highest + 1)
     waves = np.exp(2j * math.pi * np.outer(turns * times, n))
     found = []
     for place, quantity in enumerate(QUANTITIES):
         wanted = 2.0 * (waves @ (fine[1:] * (2j * math.pi * turns * n) ** place)).real
         extent = float(np.ptp(curves(fine, place, count))) * turns**place
-        doubt = float(np.max(np.abs(curves(fine - rough, place, count)))) * turns**place
+        doubt = sum(float(np.max(np.abs(curves(one, place, count)))) for one in doubted) * turns**place
         true = float(np.max(np.abs(sound.values[:, place] - wanted)))
         told = sound.plan.estimated_error.get(quantity, 0.0)
         found.append(Found(quantity, true / extent, told, doubt / extent))
     return found
 
 
-def brute_series(scene: Scene, highest: int, count: int, many: float) -> Any:
-    """Return harmonics 0 to `highest` of z (m) from brute force at `count` phases."""
+def series_of(z: Any, highest: int) -> Any:
+    """Return harmonics 0 to `highest` of z (m); the mean counts as 0."""
+    series = np.fft.rfft(z)[: highest + 1] / len(z)
+    series[0] = 0.0
+    return series
+
+
+def brute_heights(scene: Scene, count: int, many: float) -> Any:
+    """Return z (m) from brute force at `count` phases of a period."""
     profile, load = profile_of(scene), max(scene.scan.load, scene.scan.lift_load)
     law, finger = Stiffness.of_scene(scene), scene.finger
     wave = math.pi * (profile.extent[1] - profile.extent[0]) / max(profile.slope_bound, 1e-9)
@@ -116,17 +128,14 @@ def brute_series(scene: Scene, highest: int, count: int, many: float) -> Any:
     )  # fmt: skip
     places = np.arange(count) / count * profile.period
     parts = (places[first : first + TOGETHER] for first in range(0, count, TOGETHER))
-    z = np.concatenate([points.approach(profile.heights, some, indentation) for some in parts])
-    series = np.fft.rfft(z)[: highest + 1] / count
-    series[0] = 0.0
-    return series
+    return np.concatenate([points.approach(profile.heights, some, indentation) for some in parts])
 
 
 def _depth(finger: Finger, law: Stiffness) -> float:
     """Return the depth (m) of the paraboloid at the edge of the footprint."""
     assert finger.contact_length is not None
     flat = Geometry(finger.ridge_amplitude, finger.ridge_period, 0.0, finger.ridge_period, 0.0, finger.contact_length)
-    own = Stiffness.of_contact(flat, law.contact_modulus)
+    own = Stiffness.of_contact(flat, law.contact_modulus, finger.contact_width)
     return footprint_depth(finger.ridge_amplitude, (law if finger.ridge_amplitude == 0.0 else own).indentation(1.0))
 
 

@@ -27,7 +27,7 @@ from tests.synth.response.table_study import measured_scene
 RATE = 8000
 FINGERTIP: dict[str, Any] = {"kind": "fingertip"}
 SMALL = {"contact_length": "3 mm", "contact_width": "2 mm"}
-QUICK = (0, 1, 2, 3, 4, 6, 7, 8, 9, 10)  # whose brute force is near enough with half of its columns and rows
+QUICK = (0, 1, 2, 3, 4, 7, 8, 9, 10, 16)  # whose brute force is near enough with half of its columns and rows
 TRUSTED = 1e-2  # largest doubt about brute force, of the peak-to-peak
 
 
@@ -59,7 +59,7 @@ def test_the_surface_is_that_of_the_ridges_drawn_anew(pattern: str) -> None:
     scene = parse_scene({"finger": {**FINGERTIP, **size, "pattern": pattern}})
     finger, contact = scene.finger, tip_of(scene)
     flat = Geometry(finger.ridge_amplitude, finger.ridge_period, 0.0, finger.ridge_period, 0.0, 4e-3)
-    law = Stiffness.of_contact(flat, contact.stiffness.contact_modulus)
+    law = Stiffness.of_contact(flat, contact.stiffness.contact_modulus, 3e-3)
     depth = footprint_depth(finger.ridge_amplitude, law.indentation(1.0))
     assert contact.footprint.depth == pytest.approx(depth, rel=1e-9)
     drawn, random = (

@@ -64,6 +64,19 @@ def test_stiffness_and_groups_are_those_of_the_oracle(seed: int, texture_modulus
         assert groups.load == pytest.approx(wanted.W, rel=1e-13)
 
 
+@pytest.mark.parametrize("width", [4e-3, 12e-3])
+def test_a_fingertip_presses_on_its_length_times_its_width(width: float) -> None:
+    """Eqs 4-5 know the contact by its area alone: a square of that area has the same k."""
+    scene = scene_of(finger={"kind": "fingertip", "contact_length": "8 mm", "contact_width": width})
+    law = Stiffness.of_scene(scene)
+    for load in LOADS:
+        square = replace(touch_of(scene), load=load, contact_length=math.sqrt(8e-3 * width))
+        wanted = stiffness_oracle.stiffness(square)
+        assert law.stiffness(load) == pytest.approx(wanted.k, rel=1e-13)
+        assert law.indentation(load) == pytest.approx(wanted.indentation, rel=1e-13)
+    assert law.over(4e-3).stiffness(1.0) == pytest.approx(law.stiffness(1.0) / 8.0, rel=1e-13)
+
+
 def test_no_load_presses_nothing_in_and_is_infinitely_stiff() -> None:
     law = Stiffness.of_scene(scene_of())
     assert law.indentation(0.0) == 0.0
