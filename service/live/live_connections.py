@@ -13,6 +13,7 @@ from typing import Any
 from service.live.live_stream import LiveStream, Options, open_stream
 from service.operations.settings import Settings
 from service.problems import Problem
+from service.sessions.admission import stream_admitted
 from service.sessions.pacer import BlockTimer
 from service.sessions.session import Owner, Peer, Session
 from service.sessions.session_ids import not_found
@@ -56,13 +57,16 @@ class LiveConnections:
             peer.end(reason, at_once=at_once)
 
     async def open(self, document: dict[str, Any], options: Options, peer: Peer) -> Session:
-        """Return a new session of `peer`; raises Problem (full, closing), SceneError, CannotRender."""
+        """Return a new session of `peer`; raises Problem (full, closing), SceneError, CannotRender.
+
+        Waits for its turn where many streams begin."""
         engine, metrics, silence = self.sessions.engine, self.metrics, self.settings.max_silence
 
         def opening(name: str) -> tuple[Scene, LiveStream]:
             asked = self.sessions.textures.named(document, peer.owner)
             return metrics.timed("voice", partial(open_stream, engine, name, asked, options, silence))
 
+        await stream_admitted(metrics.load, self.settings.full_at)
         session = await self.sessions.open("live", Owner(peer.client, peer.owner), opening)
         session.peer = peer
         return session

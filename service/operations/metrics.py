@@ -25,6 +25,7 @@ from prometheus_client.registry import Collector
 from prometheus_client.samples import Sample
 
 from service import PYTHON, VERSION, problems
+from service.operations.load_meter import LoadMeter
 
 STREAM_KINDS = ("http", "live", "play")
 CLOSE_CODES = ("1000", "1001", "1006", "1007", "1008", "1009", "1011", "1012", "1013", "4408", "other")
@@ -54,6 +55,7 @@ class Metrics:
         self._registry = CollectorRegistry()
         self._lock = threading.Lock()
         self._largest_reduction_db = 0.0
+        self.load = LoadMeter()
         self._add_streams()
         self._add_lateness()
         self._add_limiter()
@@ -157,11 +159,13 @@ class Metrics:
     def stream_opened(self, kind: str) -> None:
         """Count a stream that opened. kind: http, live or play."""
         self._streams[kind].inc()
+        self.load.streams += 1
         self._opened[kind].inc()
 
     def stream_closed(self, kind: str) -> None:
         """Count a stream that ended; call it once for each that was opened."""
         self._streams[kind].dec()
+        self.load.streams -= 1
 
     def block_sent(self, kind: str, frames: int, late_seconds: float | None = None, skipped: float = 0.0) -> None:
         """Count a block that was sent.
@@ -171,13 +175,16 @@ class Metrics:
         """
         self._frames[kind].inc(frames)
         if late_seconds is not None:
-            self._lateness[kind].observe(max(0.0, late_seconds) + skipped)
+            late = max(0.0, late_seconds) + skipped
+            self._lateness[kind].observe(late)
+            self.load.sent(late)
         if skipped:
             self._skipped[kind].inc(skipped)
 
     def lagged(self, seconds: float) -> None:
-        """Count one measurement of the event loop's lateness."""
+        """Count one measurement of the event loop's lateness, and measure its load. Call it in its thread."""
         self._lag.observe(max(0.0, seconds))
+        self.load.look()
 
     def underran(self, count: int) -> None:
         """Count underruns of a device."""

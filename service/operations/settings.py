@@ -150,6 +150,14 @@ class Settings:
         "1 to 10000",
         "Sessions of a worker at a time, and as many live ones. Beyond: 503 with Retry-After, or close code 1013.",
     )
+    full_at: float = _setting(
+        0.9,
+        _number(0.1, 1.0),
+        "0.1 to 1",
+        "Part of the last second in which the event loop of a worker may have been busy. Beyond it, or where blocks "
+        "are 20 ms late on average, new streams get 503 with Retry-After, or close code 1013. A worker always takes "
+        "four streams. 1: streams are never refused because of the load.",
+    )
     session_idle: float = _setting(
         300.0,
         _number(0.05, 86_400),

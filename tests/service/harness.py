@@ -40,6 +40,7 @@ PATIENCE = 60.0  # seconds before a poll gives up: far beyond what anything here
 START = 300.0  # seconds for a service to start where nothing is compiled yet and the machine is busy
 ROOM = {
     "max_sessions": 10_000,
+    "full_at": 1.0,
     "streams_per_address": 10_000,
     "streams_per_key": 10_000,
     "requests_per_second": 1_000_000,
@@ -48,7 +49,7 @@ ROOM = {
 """What admits callers, out of the way of tests and benchmarks that load the service on purpose."""
 
 
-def roomy_settings() -> dict[str, int]:
+def roomy_settings() -> dict[str, float]:
     """Return `ROOM`, as far as the service has such settings, for `settings_of`."""
     known = {entry.name for entry in setting_fields()}
     return {name: limit for name, limit in ROOM.items() if name in known}

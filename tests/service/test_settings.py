@@ -22,6 +22,7 @@ BAD = [
     ("allowed_origins", "*"),
     ("allowed_origins", "https://lab.example/path"),
     ("max_sessions", "0"),
+    ("full_at", "1.1"),
     ("session_idle", "nan"),
     ("session_idle", "inf"),
     ("session_idle", "0"),

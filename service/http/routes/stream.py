@@ -20,6 +20,7 @@ from service.http.sound_headers import describe, metadata_of
 from service.lifespan import service_of
 from service.operations.metrics import Metrics
 from service.problems import Problem
+from service.sessions.admission import stream_admitted
 from service.sessions.session import Session
 from synth.encode.formats import SoundFormat, media_type, stream_header
 
@@ -56,6 +57,7 @@ class StreamParameters(BaseModel):
         "request-refused",
         "too-many-streams",
         "cannot-render",
+        "full",
         "one-worker",
         flac=False,
     ),
@@ -79,6 +81,7 @@ async def stream(request: Request, session_id: str, parameters: Annotated[Stream
         return StreamingResponse((), headers=headers, media_type=kind)
     ticket = service.limits.admit(request.scope)
     try:
+        await stream_admitted(service.metrics.load, service.settings.full_at)
         reader = await _claim(session, service.metrics)
     except BaseException:
         ticket.release()

@@ -1,0 +1,58 @@
+"""Whether one more stream may begin, by the load that is measured.
+
+Model: a new stream is refused where the event loop is busy or its blocks are late, so that those that were admitted
+    keep their blocks. The load of a new stream shows after PROVEN_SECONDS; until then it counts as unproven. MANY may be
+    at a time while the loop has room, and one in ONE_IN from half of the bounds on: the others wait for their turn.
+Limits: per process. Streams that are under way are never ended; a stream that becomes heavier may make all late.
+"""
+
+from __future__ import annotations
+
+import asyncio
+
+from service.operations.load_meter import LoadMeter
+from service.problems import Problem
+
+FEW = 4  # streams of a process that begin whatever the load
+MANY = 32  # unproven streams at a time where there is room: usual ones take a third of a processor
+PROVEN_SECONDS = 0.5  # half of the window of the measurement: by then the mean lateness has risen
+ONE_IN = 32  # streams under way per unproven one where there is little room; FEW at least
+LATE_SECONDS = 0.02  # mean lateness: two blocks of the usual length; a process with room has less than 1 ms
+TURN_SECONDS = 5.0  # of waiting for a turn
+LOOK_SECONDS = 0.05  # between two looks while a stream waits
+RETRY_SECONDS = 5
+
+
+async def stream_admitted(load: LoadMeter, full_at: float) -> None:
+    """Return once another stream may begin.
+
+    full_at: part of a second in which the event loop may be busy; 1: streams are admitted whatever the load.
+    Raises Problem (full) where the process is at its capacity, and where too many streams begin at a time.
+    """
+    if full_at < 1.0:
+        waited = 0.0
+        while load.begun(PROVEN_SECONDS) >= _unproven(load, full_at):
+            if waited >= TURN_SECONDS:
+                raise _full("More streams begin than the service can measure.", 1)
+            await asyncio.sleep(LOOK_SECONDS)
+            waited += LOOK_SECONDS
+        if load.streams >= FEW and (load.busy > full_at or load.late > LATE_SECONDS):
+            raise _full(
+                f"This process is at its capacity with {load.streams} streams: in the last second its event loop was "
+                f"busy for {100.0 * load.busy:.0f} % of the time (RIDGEWAVE_FULL_AT: {100.0 * full_at:.0f} %), and "
+                f"blocks were {1e3 * load.late:.0f} ms late (allowed: {1e3 * LATE_SECONDS:.0f} ms). End other streams, "
+                "ask for longer blocks, or run more workers.",
+                RETRY_SECONDS,
+            )
+    load.begins()
+
+
+def _unproven(load: LoadMeter, full_at: float) -> int:
+    """Return how many streams may be unproven."""
+    if load.busy < 0.5 * full_at and load.late < 0.5 * LATE_SECONDS:
+        return MANY
+    return max(FEW, load.streams // ONE_IN)
+
+
+def _full(detail: str, seconds: int) -> Problem:
+    return Problem("full", detail, headers={"Retry-After": str(seconds)})
