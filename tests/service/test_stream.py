@@ -162,7 +162,7 @@ def test_a_change_is_heard_within_the_lead_and_without_a_step(running: Running) 
         answer = running.client.patch(f"/v1/sessions/{session}", json={"scan": {"speed": "160 mm/s"}})
         patched = time.perf_counter() - began
         assert answer.status_code == 200
-        after = listener.frames(RATE)
+        after = listener.frames(round((patched + 1.0) * RATE))  # a busy machine answers late
     heard = np.concatenate([before, after])
     changed = int(np.argmax(heard != live(len(heard)))) / RATE
     assert changed <= patched + answer.json()["heard_within"]
