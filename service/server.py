@@ -22,6 +22,7 @@ from service.operations.logs import set_up_log
 from service.operations.settings import Settings, SettingsError, as_environment, variable
 from service.operations.worker_messages import FOLDER_VARIABLE, check_folder
 from synth.errors import CannotRender, Fault
+from synth.kernel_folders import tell_for_all_processes
 
 if TYPE_CHECKING:
     from fastapi import FastAPI
@@ -53,6 +54,7 @@ def run(settings: Settings, engine: Engine | None = None, *, worker: str = WORKE
     """
     require_key(settings)
     set_up_log(settings.log_level, settings.log_format)
+    tell_for_all_processes()
     listener = listen(settings)
     log.info("listening on http://%s", shown_address(listener))
     try:
