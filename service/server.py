@@ -120,7 +120,7 @@ def _serve(settings: Settings, listener: socket.socket, engine: Engine | None, w
         "ws_max_size": settings.max_message,  # beyond it the connection is closed with 1009
     }
     if settings.workers > 1:
-        with tempfile.TemporaryDirectory(prefix="ridgewave-", ignore_cleanup_errors=True) as folder:
+        with _sockets_folder() as folder:
             check_folder(Path(folder))
             os.environ.update(as_environment(settings) | {FOLDER_VARIABLE: folder})
             config = uvicorn.Config(worker, **options)
@@ -138,6 +138,16 @@ def _serve(settings: Settings, listener: socket.socket, engine: Engine | None, w
         signal.signal(signal.SIGHUP, lambda *_: signal.raise_signal(signal.SIGTERM))
     config = uvicorn.Config(app, **options)
     uvicorn.Server(config).run(sockets=[listener])
+
+
+def _sockets_folder() -> tempfile.TemporaryDirectory[str]:
+    try:
+        return tempfile.TemporaryDirectory(prefix="ridgewave-", ignore_cleanup_errors=True)
+    except OSError as error:
+        reason = (
+            "several workers need a temporary folder for their sockets, and none can be made here: set TMPDIR to a "
+        )
+        raise CannotRender(f"{reason}folder that can be written, or {variable('workers')} to 1.") from error
 
 
 def _addresses(host: str) -> list[str]:

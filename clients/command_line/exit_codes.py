@@ -107,7 +107,8 @@ def _sentence(error: OSError) -> str:
     """Return the message of the operating system, with the name of the file."""
     if error.errno == errno.EBADF:
         return "standard input or output is closed."
-    reason = (error.strerror or str(error)).lower()
+    reason = error.strerror or str(error)
+    reason = reason[:1].lower() + reason[1:]
     return f"{error.filename}: {reason}" if error.filename else reason
 
 

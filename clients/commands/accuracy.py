@@ -29,6 +29,10 @@ NO_PLOTS = (
     "cannot draw the figures: matplotlib is not installed. Run: pip install 'ridgewave[plots]', or leave out -o: "
     "--json prints what the figures show."
 )
+NO_PLOT_CACHE = (
+    "cannot draw the figures: matplotlib has no folder for its cache. Set MPLCONFIGDIR to a folder that can be written, "
+    "or leave out -o."
+)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -65,6 +69,8 @@ def _folder(output: str | None) -> Iterator[Callable[[Document], None] | None]:
         from clients.accuracy_report.figure import drawings
     except ImportError as error:
         raise CannotRender(NO_PLOTS) from error
+    except OSError as error:  # it needs its own folder, or a temporary one
+        raise CannotRender(NO_PLOT_CACHE) from error
     with opened_folder(Path(output), FILES) as write_files:
 
         def write(document: Document) -> None:

@@ -8,6 +8,7 @@ scene.
 from __future__ import annotations
 
 import argparse
+import tempfile
 from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
@@ -15,11 +16,11 @@ from pathlib import Path
 from clients.command_line.exit_codes import DONE, invalid_request
 from clients.command_line.printing import print_json, print_table, say
 from clients.command_line.progress import Progress
-from service.store.data_folder import folder_of_environment, tables_folder
+from service.store.data_folder import VARIABLE, folder_of_environment, tables_folder
 from service.store.own_textures import own_store, texture_named
 from service.store.store import GROUP, StoredTexture
 from synth.encode.part_file import write_whole
-from synth.errors import RidgewaveError
+from synth.errors import CannotRender, RidgewaveError
 from synth.scene.catalogue import CatalogueEntry, catalogue
 
 
@@ -83,6 +84,7 @@ def _prepare(entries: Sequence[CatalogueEntry | StoredTexture] | None, progress:
     every: list[CatalogueEntry | StoredTexture] = [*catalogue(), *own_store().textures("")]
     chosen = every if entries is None else entries
     folder = folder_of_environment()
+    _check_writable(tables_folder(folder))
     with Progress("making tables", len(chosen), "textures", progress) as bar:
         for entry in chosen:
             try:
@@ -91,6 +93,15 @@ def _prepare(entries: Sequence[CatalogueEntry | StoredTexture] | None, progress:
                 say(f"{entry.name}: {error}")
             bar.advance(1)
     say(f"{tables_folder(folder)} has what was solved for {len(chosen)} textures.")
+
+
+def _check_writable(folder: Path) -> None:
+    """Raise CannotRender if nothing can be kept in `folder`, before minutes of work."""
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError as error:
+        raise CannotRender(f"cannot write {folder}. Set {VARIABLE} to a folder that can be written.") from error
 
 
 def _change(arguments: argparse.Namespace) -> None:

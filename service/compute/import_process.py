@@ -21,6 +21,7 @@ import sys
 import tempfile
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -35,7 +36,10 @@ if TYPE_CHECKING:
 AT_A_TIME = 2
 LONGEST = 120.0  # s; the largest text takes a minute on a slow machine
 MOST_MEMORY = 3 * 2**30  # bytes of address space: the largest surface takes 1.2 GB, and its libraries less than 1 GB
-NO_ROOM = "an import needs temporary files, and this machine has no room for them."
+NO_ROOM = (
+    "an import needs temporary files, and none can be made or written here: free space, or set TMPDIR to a folder that "
+    "can be written."
+)
 CRASHES = signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL  # in a library, on a damaged file
 ROOT = Path(__file__).resolve().parents[2]  # import path of the process
 
@@ -127,7 +131,11 @@ def read_here(path: Path, options: Mapping[str, Any]) -> Uploaded:
         path.open("rb").close()  # its error names the file
 
     def read() -> Uploaded:
-        with tempfile.TemporaryDirectory(prefix="ridgewave-") as folder:
+        with ExitStack() as until_done:
+            try:
+                folder = until_done.enter_context(tempfile.TemporaryDirectory(prefix="ridgewave-"))
+            except OSError as error:
+                raise CannotRender(NO_ROOM) from error
             return asyncio.run(Imports().read(path, path.name, options, Path(folder)))
 
     with ThreadPoolExecutor(1) as own_loop:  # a notebook has an event loop in this thread already

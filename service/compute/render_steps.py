@@ -41,6 +41,10 @@ WHOLE_SAMPLES = 1 << 20  # 4 MB of float32, 22 s of mono at 48 kHz; held twice w
 PIECE_SAMPLES = 1 << 16  # 256 kB per write, about a millisecond of work
 FILE_BYTES = 1 << 16  # read from a finished FLAC at a time
 PICTURE_FIELDS = ("scene", "points", "phases", "area")
+NO_FILE = (
+    "a long FLAC needs a temporary file, and none can be made or written here: request WAV, or set TMPDIR to a folder "
+    "that can be written."
+)
 CHEAP_SECONDS = 0.5  # of processor time; work below this sends no price
 
 
@@ -275,8 +279,7 @@ def _temporary_file() -> Iterator[BinaryIO]:
         with tempfile.TemporaryFile(prefix="ridgewave-") as file:
             yield cast(BinaryIO, file)
     except OSError as error:
-        reason = "a long FLAC needs a temporary file, and none can be made or written here: request WAV."
-        raise CannotRender(reason) from error
+        raise CannotRender(NO_FILE) from error
 
 
 def read_picture(

@@ -147,5 +147,6 @@ def _make_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise CannotRender(
-            f"the folder for recordings cannot be made: {error.strerror or 'the system refuses it'}."
+            f"the folder for recordings cannot be made: {error.strerror or 'the system refuses it'}. Set "
+            "RIDGEWAVE_FILE_FOLDER to a folder that can be written."
         ) from error

@@ -3,6 +3,7 @@
 Model: RIDGEWAVE_DATA_FOLDER names it, for the service and the command line alike. Unset, it is the folder that the
     platform gives a user's programs: ~/.local/share/ridgewave on Linux (XDG_DATA_HOME), ~/Library/Application
     Support/ridgewave on macOS, %LOCALAPPDATA%\\ridgewave on Windows. It is made when it is first written to.
+    A user without a home has no such folder: it is then NOWHERE, and what would be kept is refused.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 VARIABLE = "RIDGEWAVE_DATA_FOLDER"
+NOWHERE = Path("/nonexistent/ridgewave")  # Debian gives users without a home the home /nonexistent
 
 
 def data_folder(given: str = "") -> Path:
@@ -20,7 +22,8 @@ def data_folder(given: str = "") -> Path:
         return Path(given)
     import platformdirs
 
-    return Path(platformdirs.user_data_dir("ridgewave", appauthor=False))
+    found = Path(platformdirs.user_data_dir("ridgewave", appauthor=False))
+    return found if found.is_absolute() else NOWHERE  # "~" stays where the user has no home
 
 
 def tables_folder(folder: Path) -> Path:
