@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 
 VARIABLE = "RIDGEWAVE_DATA_FOLDER"
@@ -22,8 +23,11 @@ def data_folder(given: str = "") -> Path:
         return Path(given)
     import platformdirs
 
-    found = Path(platformdirs.user_data_dir("ridgewave", appauthor=False))
-    return found if found.is_absolute() else NOWHERE  # "~" stays where the user has no home
+    with suppress(RuntimeError):  # newer versions, where the user has no home; older ones leave "~"
+        found = Path(platformdirs.user_data_dir("ridgewave", appauthor=False))
+        if found.is_absolute():
+            return found
+    return NOWHERE
 
 
 def tables_folder(folder: Path) -> Path:
