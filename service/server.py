@@ -41,6 +41,10 @@ LIVE_OPTIONS: dict[str, Any] = {  # uvicorn's, for connections
 }
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 """Environment variables of linear algebra, 1 unless set: its threads spin on the processors that voices need."""
+NO_SOCKETS_FOLDER = (
+    "several workers need a temporary folder for their sockets, and none can be made here: set TMPDIR to a folder that "
+    "can be written, or RIDGEWAVE_WORKERS to 1."
+)
 WORKER = "service.operations.worker_process:app"  # the application factory of each of several processes
 
 
@@ -144,10 +148,7 @@ def _sockets_folder() -> tempfile.TemporaryDirectory[str]:
     try:
         return tempfile.TemporaryDirectory(prefix="ridgewave-", ignore_cleanup_errors=True)
     except OSError as error:
-        reason = (
-            "several workers need a temporary folder for their sockets, and none can be made here: set TMPDIR to a "
-        )
-        raise CannotRender(f"{reason}folder that can be written, or {variable('workers')} to 1.") from error
+        raise CannotRender(NO_SOCKETS_FOLDER) from error
 
 
 def _addresses(host: str) -> list[str]:

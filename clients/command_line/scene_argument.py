@@ -8,20 +8,19 @@ from __future__ import annotations
 
 import argparse
 import io
-import json
 import sys
 from pathlib import Path
 from typing import Any, NoReturn
 
 from clients.command_line.exit_codes import invalid_request
 from service.store.own_textures import texture_named, with_imported
-from synth.errors import Fault, InvalidRequest
+from synth.errors import Fault, InvalidRequest, shown
 from synth.scene.catalogue import catalogue_names
 from synth.scene.doubtful_values import bare_doubts
 from synth.scene.merge import merge_patch
 from synth.scene.scene import LARGEST_BYTES, Scene, document_of, parse_scene
 from synth.scene.sound_scene import document_in_sound, is_sound
-from synth.scene.text import object_from_text
+from synth.scene.text import object_from_text, pointer, value_from_text
 from synth.scene.texture_registry import with_files
 from synth.voice.hand_log import require_scene
 
@@ -81,19 +80,29 @@ def patch_of(change: str) -> dict[str, object]:
         invalid_request("--set", change, "FIELD=VALUE", "Write the field's path with dots, as in texture.period=0.6mm.")
     if any(name.isdigit() for name in names):
         invalid_request("--set", change, "a path of field names", "Set the whole list, as JSON: FIELD=[...].")
-    patch: Any = value_of(value)
+    patch: Any = value_of(value, pointer(*names))
     for name in reversed(names):
         patch = {name: patch}
     assert isinstance(patch, dict)
     return patch
 
 
-def value_of(text: str) -> Any:
-    """Return `text` as JSON if it parses (NaN and Infinity do not), otherwise as a string."""
+def value_of(text: str, at: str = "") -> Any:
+    """Return `text` as JSON if it parses (NaN and Infinity do not), otherwise as a string.
+
+    at: pointer of the field. Raises InvalidRequest if the JSON has a field more than once, as in a file.
+    """
     try:
-        return json.loads(text, parse_constant=_not_json)
+        value, faults = value_from_text(text, at, _not_json)
     except ValueError:
         return text.strip()
+    except RecursionError:
+        invalid_request(
+            "--set", shown(text), "a value of a scene", "This is nested too deeply: a scene needs four levels."
+        )
+    if faults:
+        raise InvalidRequest(faults)
+    return value
 
 
 def _not_json(word: str) -> NoReturn:

@@ -30,8 +30,8 @@ NO_PLOTS = (
     "--json prints what the figures show."
 )
 NO_PLOT_CACHE = (
-    "cannot draw the figures: matplotlib has no folder for its cache. Set MPLCONFIGDIR to a folder that can be written, "
-    "or leave out -o."
+    "cannot draw the figures: matplotlib has no folder for its cache. Set MPLCONFIGDIR to a folder that can be "
+    "written, or leave out -o."
 )
 
 

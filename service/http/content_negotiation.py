@@ -18,12 +18,12 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service.problems import Problem, refused
 from synth.encode.containers import media_types
+from synth.encode.flac import fits_flac
 from synth.encode.formats import L16_RATE_LIMIT_HZ, SoundFormat
 
 FIRST = {media_types(kind): kind for kind in reversed(SoundFormat)}
 OFFERS = {kind: tuple(map(str.lower, media_types(kind))) for kind in SoundFormat if kind is FIRST[media_types(kind)]}
 """The media types of each format that Accept can choose: the first of the formats that share a media type."""
-FLAC_CHANNELS = 8  # the most that FLAC has (RFC 9639, 9.1.3)
 NEVER_COMPRESSED = (*DEFAULT_EXCLUDED_CONTENT_TYPES, "application/octet-stream")  # sound, which is sent in blocks
 SHORTEST = 1000  # bytes of a compressed answer; a shorter one fits into a packet or two
 LEVEL = 5  # of gzip: a picture of 70 kB takes 1 ms and becomes 20 kB; higher levels gain a percent
@@ -76,7 +76,7 @@ def choose_format(
     if not (accept or "").strip():
         ranges = [MediaRange("*", "*", (), 1.0)]
     possible = dict(OFFERS)
-    if endless or channels > FLAC_CHANNELS:
+    if endless or not fits_flac(sample_rate, channels):
         del possible[SoundFormat.FLAC]
     if sample_rate > L16_RATE_LIMIT_HZ:
         del possible[SoundFormat.L16]

@@ -4,7 +4,9 @@ Stage: part of STAGE 4 (encode). libsndfile is loaded when the first FLAC is wri
 Model: samples are 24 bit integers by the rule of `synth.encode.samples`. A FLAC therefore decodes to the integers of
     the 24 bit WAV. 24 bits are better than 16, because a render can be quiet for long (light touch, lifted finger).
     They cost little, because FLAC uses no bits for leading zeros.
-Limits: 8 channels, 655350 Hz. The target must be able to seek, because the header contains the number of frames.
+Limits: 8 channels. Rates above 65535 Hz must be multiples of 10, and 655350 Hz is the highest: the header of a frame
+    holds no others (RFC 9639, 9.1.2 and 9.1.3). The target must be able to seek, because the header of the file has the
+    number of frames.
 """
 
 from __future__ import annotations
@@ -20,7 +22,9 @@ from synth.encode.samples import Block, SoundFormat, quantise
 from synth.encode.sound_metadata import FLAC_COMMENT_BYTES, Metadata
 from synth.errors import CannotRender, Fault, InvalidRequest
 
-MOST_CHANNELS = 8  # the limit of the format
+MOST_CHANNELS = 8
+HIGHEST_HZ = 65_535
+HIGHEST_TENS_HZ = 655_350
 NO_LIBRARY = "FLAC needs libsndfile. Run: pip install soundfile. If it brings no library: apt-get install libsndfile1."
 
 
@@ -30,10 +34,15 @@ class FlacEncoder:
     def __init__(self, stream: BinaryIO, sample_rate: int, channels: int, metadata: Metadata | None) -> None:
         """Open the encoder.
 
-        Raises InvalidRequest for more than 8 channels, and CannotRender if libsndfile is missing or refuses.
+        Raises InvalidRequest for a rate or a number of channels that FLAC cannot hold, and CannotRender if libsndfile
+        is missing or refuses.
         """
         comment = "" if metadata is None else metadata.text().decode("ascii")
-        _check(channels, comment)
+        check_flac(sample_rate, channels)
+        if len(comment) > FLAC_COMMENT_BYTES:
+            raise CannotRender(
+                f"the scene is {len(comment)} bytes of JSON, and a FLAC file holds 16 MB at most. Write WAV."
+            )
         try:
             import soundfile
         except (ImportError, OSError) as error:  # OSError: soundfile is installed, but libsndfile is missing
@@ -111,11 +120,26 @@ class _FaultKeeper:
         return 0
 
 
-def _check(channels: int, comment: str) -> None:
+def check_flac(sample_rate: int, channels: int) -> None:
+    """Raise InvalidRequest for a rate (Hz) or a number of channels that FLAC cannot hold."""
+    faults = []
     if channels > MOST_CHANNELS:
         hint = "Write WAV, which allows more channels, or write fewer channels."
-        raise InvalidRequest([Fault("/output/channels", f"{channels} channels", f"1 to {MOST_CHANNELS} in FLAC", hint)])
-    if len(comment) > FLAC_COMMENT_BYTES:
-        raise CannotRender(
-            f"the scene is {len(comment)} bytes of JSON, and a FLAC file holds 16 MB at most. Write WAV."
-        )
+        faults.append(Fault("/output/channels", f"{channels} channels", f"1 to {MOST_CHANNELS} in FLAC", hint))
+    if not holds_rate(sample_rate):
+        allowed = f"in FLAC up to {HIGHEST_HZ} Hz, and multiples of 10 Hz up to {HIGHEST_TENS_HZ} Hz"
+        nearest = min(max(round(sample_rate / 10) * 10, 1), HIGHEST_TENS_HZ)
+        hint = f"Write WAV, which allows every rate, or {nearest} Hz."
+        faults.append(Fault("/output/sample_rate", f"{sample_rate} Hz", allowed, hint))
+    if faults:
+        raise InvalidRequest(faults)
+
+
+def holds_rate(sample_rate: int) -> bool:
+    """Return whether FLAC can hold a rate, in Hz."""
+    return 0 < sample_rate <= HIGHEST_HZ or (sample_rate % 10 == 0 and 0 < sample_rate <= HIGHEST_TENS_HZ)
+
+
+def fits_flac(sample_rate: int, channels: int) -> bool:
+    """Return whether FLAC can hold a rate (Hz) and a number of channels."""
+    return holds_rate(sample_rate) and channels <= MOST_CHANNELS

@@ -16,6 +16,7 @@ from pathlib import Path
 
 from synth.encode.containers import ENDINGS, media_types, opening
 from synth.encode.file_writer import Writer, open_writer
+from synth.encode.flac import check_flac
 from synth.encode.samples import Block, SoundFormat, block_bytes, quantise
 from synth.encode.sound_metadata import Metadata
 from synth.errors import Fault, InvalidRequest, shown
@@ -61,7 +62,12 @@ def choose_format(path: str | Path, subtype: str | None = None) -> SoundFormat:
 
 
 def media_type(sound_format: SoundFormat, sample_rate: int, channels: int) -> str:
-    """Return the Content-Type of `sound_format`. Raises InvalidRequest for L16 above 48 kHz, which has none."""
+    """Return the Content-Type of `sound_format`.
+
+    Raises InvalidRequest for L16 above 48 kHz, which has none, and for a rate or channels that FLAC cannot hold.
+    """
+    if sound_format is SoundFormat.FLAC:
+        check_flac(sample_rate, channels)
     if sound_format is SoundFormat.L16:
         if sample_rate > L16_RATE_LIMIT_HZ:
             hint = "Request the format wav16 or f32le, or a lower rate."

@@ -5,7 +5,8 @@ Model: the chunks are RIFF or RF64, WAVE, [JUNK or ds64], fmt, [fact], LIST INFO
     libsndfile adds the time.
     - Known length: the sizes are exact. 36 bytes (JUNK) are reserved for the ds64 chunk of RF64, which is needed above
       4 GiB. The header therefore has the same length for every length of the sound.
-    - Endless: both size fields are 0xFFFFFFFF. There is no fact chunk, because the number of frames is not known.
+    - Endless: both size fields are 0xFFFFFFFF, and so is the number of frames in the fact chunk.
+    - The fact chunk has the number of frames. Every format code but 1 has one.
     - One or two channels: the format codes are 1 (integer, also for 24 bit, which every reader accepts) and 3 (float).
     - More channels: WAVE_FORMAT_EXTENSIBLE with an empty channel mask, because the channels are quantities, not
       loudspeakers. With the simple codes, players would assume quadraphonic sound. Python's `wave` reads these files
@@ -25,6 +26,7 @@ from synth.encode.sound_metadata import Metadata
 UNKNOWN = 0xFFFFFFFF  # in a 32 bit size field: endless (RIFF) or "see ds64" (RF64); 0 would mean an empty sound
 RF64_ABOVE = 0xFFFFFFFE  # largest size of a RIFF file; only tests change it
 
+SIMPLE_CHANNELS = 2  # the most without WAVE_FORMAT_EXTENSIBLE
 FORMAT_PCM = 1
 FORMAT_FLOAT = 3
 FORMAT_EXTENSIBLE = 0xFFFE
@@ -48,7 +50,7 @@ def wav_header(
     """
     reserve = frames is not None if reserve is None else reserve
     chunks = _format_chunk(sound_format, sample_rate, channels)
-    if sound_format.is_float and reserve:
+    if sound_format.is_float or channels > SIMPLE_CHANNELS:
         chunks += _chunk(b"fact", struct.pack("<I", UNKNOWN if frames is None else min(frames, UNKNOWN)))
     if metadata is not None:
         chunks += _info_chunk(metadata)
@@ -78,7 +80,7 @@ def _format_chunk(sound_format: SoundFormat, sample_rate: int, channels: int) ->
     code = FORMAT_FLOAT if sound_format.is_float else FORMAT_PCM
     frame_bytes = channels * sound_format.bytes_per_sample
     shape = struct.pack("<HIIHH", channels, sample_rate, sample_rate * frame_bytes, frame_bytes, sound_format.bits)
-    if channels > 2:
+    if channels > SIMPLE_CHANNELS:
         subformat = struct.pack("<HHIH", 22, sound_format.bits, 0, code) + SUBFORMAT_TAIL
         return _chunk(b"fmt ", struct.pack("<H", FORMAT_EXTENSIBLE) + shape + subformat)
     extension = struct.pack("<H", 0) if sound_format.is_float else b""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import islice
 
 from synth.errors import Fault, SceneError
@@ -33,10 +33,8 @@ def object_from_text(text: str | bytes) -> dict[str, object]:
     decoded = _decoded(text)
     if not decoded.strip():
         raise _refusal("nothing", "Write {} for the default scene.")
-    repeated: list[_Repeated] = []
     try:
-        document = json.loads(decoded, object_pairs_hook=lambda pairs: _fields(pairs, repeated))
-        faults = list(islice(_repetitions(document, ""), MOST_FAULTS)) if repeated else []
+        document, faults = value_from_text(decoded)
     except json.JSONDecodeError as error:
         place = f"line {error.lineno}, column {error.colno}"
         raise _refusal(f"text that is not JSON at {place}", "Correct the text there.") from error
@@ -49,6 +47,20 @@ def object_from_text(text: str | bytes) -> dict[str, object]:
     if faults:
         raise SceneError(faults)
     return document
+
+
+def value_from_text(
+    text: str, at: str = "", constant: Callable[[str], object] | None = None
+) -> tuple[object, list[Fault]]:
+    """Return the JSON value that `text` holds, and a fault for each field in it that is written twice.
+
+    at: pointer of the value, with which those of the faults begin.
+    constant: returns the value of the words NaN, Infinity and -Infinity; None for the numbers.
+    Raises ValueError if the text is not JSON, and RecursionError if it is nested too deeply.
+    """
+    repeated: list[_Repeated] = []
+    value = json.loads(text, object_pairs_hook=lambda pairs: _fields(pairs, repeated), parse_constant=constant)
+    return value, list(islice(_repetitions(value, at), MOST_FAULTS)) if repeated else []
 
 
 def pointer(*parts: object) -> str:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import io
 from decimal import ROUND_HALF_EVEN, Decimal
 
 import numpy as np
 import pytest
+import soundfile
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -18,6 +20,7 @@ from synth.encode.formats import (
     choose_format,
     encode_all,
     media_type,
+    open_writer,
     quantise,
     stream_header,
 )
@@ -81,22 +84,52 @@ def test_24_bit_wav_is_padded_to_an_even_byte() -> None:
 
 def test_more_than_two_channels_are_extensible_without_loudspeakers() -> None:
     assert encode_all(three_channels(), SoundFormat.WAV16, 8000) == (
-        b"RIFF\x66\x00\x00\x00WAVE" + JUNK + b"fmt \x28\x00\x00\x00\xfe\xff\x03\x00"
+        b"RIFF\x72\x00\x00\x00WAVE" + JUNK + b"fmt \x28\x00\x00\x00\xfe\xff\x03\x00"
         b"\x40\x1f\x00\x00\x80\xbb\x00\x00\x06\x00\x10\x00"
         b"\x16\x00\x10\x00\x00\x00\x00\x00\x01\x00\x00\x00\x00\x00\x10\x00\x80\x00\x00\xaa\x00\x38\x9b\x71"
+        b"fact\x04\x00\x00\x00\x01\x00\x00\x00"
         b"data\x06\x00\x00\x00\x00\x00\x00\x40\xff\x7f"
     )
 
 
-def test_endless_wav_has_ones_in_both_sizes_and_no_count() -> None:
+def test_endless_wav_has_ones_in_both_sizes_and_the_count() -> None:
     assert stream_header(SoundFormat.WAV, 48000, 1, METADATA) == (
         b"RIFF\xff\xff\xff\xffWAVEfmt \x12\x00\x00\x00\x03\x00\x01\x00"
-        b"\x80\xbb\x00\x00\x00\xee\x02\x00\x04\x00\x20\x00\x00\x00" + LIST + b"data\xff\xff\xff\xff"
+        b"\x80\xbb\x00\x00\x00\xee\x02\x00\x04\x00\x20\x00\x00\x00"
+        b"fact\x04\x00\x00\x00\xff\xff\xff\xff" + LIST + b"data\xff\xff\xff\xff"
     )
     assert stream_header(SoundFormat.WAV16, 8000, 1) == (
         b"RIFF\xff\xff\xff\xffWAVEfmt \x10\x00\x00\x00\x01\x00\x01\x00"
         b"\x40\x1f\x00\x00\x80\x3e\x00\x00\x02\x00\x10\x00data\xff\xff\xff\xff"
     )
+
+
+@pytest.mark.parametrize("channels", [1, 2, 3, 8])
+@pytest.mark.parametrize("sound_format", [SoundFormat.WAV, SoundFormat.WAV16, SoundFormat.WAV24])
+def test_every_format_code_but_1_has_the_number_of_frames(sound_format: SoundFormat, channels: int) -> None:
+    block = np.zeros((41, channels), dtype=np.float32)
+    late = io.BytesIO()  # the number of frames is known at the end
+    with open_writer(late, sound_format, 48000, channels) as writer:
+        writer.write(block)
+    for made, frames in (
+        (encode_all(block, sound_format, 48000, METADATA), 41),
+        (late.getvalue(), 41),
+        (stream_header(sound_format, 48000, channels, METADATA, 41), 41),
+        (stream_header(sound_format, 48000, channels, METADATA), 0xFFFFFFFF),
+    ):
+        chunks = chunks_of(made)
+        code = int.from_bytes(chunks[b"fmt "][:2], "little")
+        assert chunks.get(b"fact") == (None if code == 1 else frames.to_bytes(4, "little"))
+
+
+def chunks_of(wav: bytes) -> dict[bytes, bytes]:
+    """Return the chunks of a WAV file before its samples."""
+    found, at = {}, 12
+    while wav[at : at + 4] != b"data":
+        size = int.from_bytes(wav[at + 4 : at + 8], "little")
+        found[wav[at : at + 4]] = wav[at + 8 : at + 8 + size]
+        at += 8 + size + size % 2
+    return found
 
 
 @pytest.mark.parametrize(
@@ -281,3 +314,32 @@ def test_flac_takes_eight_channels_and_16_megabytes() -> None:
         encode_all(np.zeros((1, 9), dtype=np.float32), SoundFormat.FLAC, 48000)
     with pytest.raises(CannotRender, match="16 MB"):
         encode_all(SILENCE, SoundFormat.FLAC, 48000, Metadata((1.0,), ("velocity",), {"a": "x" * 2**24}))
+
+
+RATES = [1, 65_535, 65_536, 65_537, 65_540, 88_200, 96_001, 192_000, 655_349, 655_350, 655_360, 1_048_570]
+
+
+def test_flac_refuses_the_rates_that_libsndfile_refuses() -> None:
+    drawn = np.random.default_rng(20261128)
+    scenes, beyond, tens = ((1_000, 192_001, 30), (60_000, 700_000, 15), (6_500, 70_000, 15))
+    random = [*drawn.integers(*scenes), *drawn.integers(*beyond), *(10 * drawn.integers(*tens))]
+    for rate in [*RATES, *map(int, random)]:
+        try:
+            body = io.BytesIO()
+            soundfile.write(body, np.zeros((16, 1)), rate, format="FLAC", subtype="PCM_24")
+        except soundfile.LibsndfileError:
+            with pytest.raises(
+                InvalidRequest, match=rf"got {rate} Hz; .*multiples of 10 Hz up to 655350 Hz.*Write WAV"
+            ):
+                encode_all(SILENCE, SoundFormat.FLAC, rate)
+        else:
+            read = soundfile.SoundFile(io.BytesIO(encode_all(SILENCE, SoundFormat.FLAC, rate)))
+            assert read.samplerate == rate
+
+
+def test_the_rate_that_a_refusal_offers_is_one_that_flac_holds() -> None:
+    for rate in (65_536, 65_537, 99_999, 655_351, 10**6):
+        with pytest.raises(InvalidRequest) as refused:
+            encode_all(SILENCE, SoundFormat.FLAC, rate)
+        offered = int(refused.value.faults[0].hint.split(" or ")[1].split()[0])
+        assert encode_all(SILENCE, SoundFormat.FLAC, offered)
