@@ -84,6 +84,7 @@ _ROWS = (
     ),
     ("not-json", 415, "Not JSON", "Bodies are application/json; a form is read for an import only."),
     ("not-multipart", 415, "Not a form", "An import is a multipart/form-data body with the file."),
+    ("range-refused", 416, "No such bytes", "Range begins behind the end, or among the samples of an endless stream."),
     (
         "scene-refused",
         422,

@@ -18,6 +18,7 @@ from starlette.types import Receive, Scope, Send
 class PumpedResponse(StreamingResponse):
     """Sends `chunks`, and closes the generator in any case.
 
+    status: of the answer.
     released: called once when the answer is over, even if nothing was sent.
     ended: returns the grace, in seconds, once the answer is to end.
     cut: ends the answer at once.
@@ -29,11 +30,12 @@ class PumpedResponse(StreamingResponse):
         headers: Mapping[str, str],
         media_type: str,
         *,
+        status: int = 200,
         released: Callable[[], None],
         ended: Callable[[], Awaitable[float]] | None = None,
         cut: asyncio.Event | None = None,
     ) -> None:
-        super().__init__(chunks, headers=headers, media_type=media_type)
+        super().__init__(chunks, status, headers=headers, media_type=media_type)
         self._chunks = chunks
         self._released = released
         self._ended, self._cut = ended, cut
@@ -43,7 +45,7 @@ class PumpedResponse(StreamingResponse):
         """Send the answer; raises what the generator raises, after which the server closes the connection."""
         tasks: list[asyncio.Task[Any]] = []
         try:
-            await send({"type": "http.response.start", "status": 200, "headers": self.raw_headers})
+            await send({"type": "http.response.start", "status": self.status_code, "headers": self.raw_headers})
             pump = asyncio.create_task(self._pump(send))
             tasks = [pump, asyncio.create_task(departure(receive))]
             if self._ended is not None:

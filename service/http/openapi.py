@@ -32,13 +32,17 @@ class SchemaResponse(JSONResponse):
     media_type = "application/schema+json"
 
 
-def audio(*problem_names: str, flac: bool) -> Answers:
-    """Return the answers of a route that sends sound, including the problems of these names."""
+def audio(*problem_names: str, flac: bool, part: bool = False) -> Answers:
+    """Return the answers of a route that sends sound, including the problems of these names.
+
+    part: whether it answers Range.
+    """
     formats = [kind for kind in SoundFormat if flac or kind is not SoundFormat.FLAC]
     kinds = dict.fromkeys(media_types(kind)[0] for kind in formats)
     headers = {name: {"description": text, "schema": {"type": "string"}} for name, text in _HEADERS.items()}
     sound = {"description": "The sound.", "headers": headers, "content": {kind: BINARY for kind in kinds}}
-    return {200: sound} | problem_answers(*problem_names)
+    parts = {206: sound | {"description": "The bytes that Range names."}} if part else {}
+    return {200: sound} | parts | problem_answers(*problem_names)
 
 
 def answer_of(schema: str | Mapping[str, Any], description: str, status: int = 200) -> Answers:

@@ -12,6 +12,7 @@ from starlette.responses import Response, StreamingResponse
 
 from service.compute.render_steps import check_duration
 from service.http import openapi
+from service.http.byte_ranges import ACCEPTED, part_of, range_of, range_of_endless
 from service.http.chunked_answer import PumpedResponse
 from service.http.content_negotiation import choose_format
 from service.http.paced_stream import Reader, stream_length
@@ -59,7 +60,9 @@ class StreamParameters(BaseModel):
         "cannot-render",
         "full",
         "one-worker",
+        "range-refused",
         flac=False,
+        part=True,
     ),
 )
 async def stream(request: Request, session_id: str, parameters: Annotated[StreamParameters, Query()]) -> Response:
@@ -75,8 +78,16 @@ async def stream(request: Request, session_id: str, parameters: Annotated[Stream
     metadata = metadata_of(session, session.scene)
     header = stream_header(sound_format, session.sample_rate, session.channels, metadata, frames)
     headers = describe(session, sound_format)
-    if frames is not None:
-        headers["Content-Length"] = str(stream_length(sound_format, len(header), session.channels, frames))
+    if frames is None:
+        part = range_of_endless(request, len(header))
+    else:
+        length = stream_length(sound_format, len(header), session.channels, frames)
+        headers |= ACCEPTED | {"Content-Length": str(length)}
+        part = range_of(request, length)
+    if part is not None:
+        headers |= part.headers
+        if part.last < len(header):  # needs no reader, so it can be answered beside one
+            return Response(header[part.first : part.last + 1], 206, headers, media_type=kind)
     if request.method == "HEAD":
         return StreamingResponse((), headers=headers, media_type=kind)
     ticket = service.limits.admit(request.scope)
@@ -95,7 +106,10 @@ async def stream(request: Request, session_id: str, parameters: Annotated[Stream
         service.metrics.stream_closed("http")
 
     chunks = reader.chunks(sound_format, header, frames, service.settings, service.blocks)
-    return PumpedResponse(chunks, headers, kind, released=released, ended=reader.ended)
+    status = 200
+    if part is not None:
+        chunks, status = part_of(chunks, part), 206
+    return PumpedResponse(chunks, headers, kind, status=status, released=released, ended=reader.ended)
 
 
 async def _claim(session: Session, metrics: Metrics) -> Reader:

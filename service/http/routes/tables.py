@@ -14,6 +14,7 @@ from starlette.responses import JSONResponse, Response
 
 from service.engine import Engine, TableFile
 from service.http import openapi
+from service.http.byte_ranges import ACCEPTED, range_of
 from service.http.content_negotiation import is_known
 from service.http.rate_limits import KEY
 from service.http.request_body import read_body
@@ -28,6 +29,10 @@ IMMUTABLE = "public, max-age=31536000, immutable"
 TABLE_FILE: openapi.Answers = {
     200: {
         "description": "The file; docs/table.md describes its format.",
+        "content": {"application/octet-stream": openapi.BINARY},
+    },
+    206: {
+        "description": "The bytes that Range names.",
         "content": {"application/octet-stream": openapi.BINARY},
     },
     304: {"description": "If-None-Match names the hash: the client has the file."},
@@ -62,7 +67,7 @@ async def make(request: Request) -> Response:
     operation_id="getTable",
     summary="Get a response table by its hash",
     response_class=Response,
-    responses=TABLE_FILE | openapi.problem_answers("not-found"),
+    responses=TABLE_FILE | openapi.problem_answers("not-found", "range-refused"),
 )
 async def get(request: Request, hash: str) -> Response:
     """The safetensors file. It never changes, so every cache may keep it."""
@@ -73,6 +78,11 @@ async def get(request: Request, hash: str) -> Response:
     headers = {"ETag": f'"{found.hash}"', "Cache-Control": IMMUTABLE}
     if is_known(request, found.hash):
         return Response(status_code=304, headers=headers)
+    headers |= ACCEPTED
+    part = range_of(request, len(found.content), found.hash)
+    if part is not None:
+        body = found.content[part.first : part.last + 1]
+        return Response(body, 206, headers | part.headers, media_type="application/octet-stream")
     headers["Content-Length"] = str(len(found.content))
     body = b"" if request.method == "HEAD" else found.content
     return Response(body, headers=headers, media_type="application/octet-stream")
