@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 from service.operations.logs import set_up_log
 from service.operations.settings import Settings, SettingsError, as_environment, variable
 from service.operations.worker_messages import FOLDER_VARIABLE, check_folder
+from service.unix_socket import identity, listen_on_path, remove_own
 from synth.errors import CannotRender, Fault
 from synth.kernel_folders import tell_for_all_processes
 
@@ -60,17 +61,19 @@ def run(settings: Settings, engine: Engine | None = None, *, worker: str = WORKE
     set_up_log(settings.log_level, settings.log_format)
     tell_for_all_processes()
     listener = listen(settings)
-    log.info("listening on http://%s", shown_address(listener))
+    own = identity(settings.uds)
+    log.info("listening on %s", f"unix:{settings.uds}" if settings.uds else f"http://{shown_address(listener)}")
     try:
         _serve(settings, listener, engine, worker)
     finally:
         listener.close()
+        remove_own(settings.uds, own)
     return 0
 
 
 def require_key(settings: Settings) -> None:
-    """Raise SettingsError where the address is beyond loopback and no key is set."""
-    if settings.api_keys or all(_is_loopback(address) for address in _addresses(settings.host)):
+    """Raise SettingsError where the address is beyond loopback and no key is set. A Unix socket is on this machine."""
+    if settings.api_keys or settings.uds or all(_is_loopback(address) for address in _addresses(settings.host)):
         return
     hint = "Set RIDGEWAVE_API_KEYS, or listen on 127.0.0.1."
     raise SettingsError(
@@ -80,6 +83,10 @@ def require_key(settings: Settings) -> None:
 
 def listen(settings: Settings) -> socket.socket:
     """Return the listening socket; raises CannotRender where the service cannot listen."""
+    if settings.uds:
+        listener = listen_on_path(settings.uds, BACKLOG)
+        listener.set_inheritable(True)
+        return listener
     family = socket.AF_INET6 if ":" in _addresses(settings.host)[0] else socket.AF_INET
     try:
         listener = socket.create_server((settings.host, settings.port), family=family, backlog=BACKLOG)

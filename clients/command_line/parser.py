@@ -250,6 +250,7 @@ def _add_serve(commands: Any) -> None:
     )
     parser.add_argument("--host", help="the address to bind; any other than loopback requires RIDGEWAVE_API_KEYS")
     parser.add_argument("--port", type=int, help="the port to bind; 0 chooses a free one")
+    parser.add_argument("--uds", metavar="PATH", help="a Unix socket to bind, in place of an address and a port")
     parser.add_argument("--workers", type=int, help="number of server processes")
 
 

@@ -14,7 +14,7 @@ from synth.errors import Fault
 
 def run(arguments: argparse.Namespace) -> int:
     """Carry out the command until the service is stopped; raises SettingsError, CannotRender."""
-    given = {"host": arguments.host, "port": arguments.port, "workers": arguments.workers}
+    given = {"host": arguments.host, "port": arguments.port, "uds": arguments.uds, "workers": arguments.workers}
     try:
         settings = read_settings(web=shipped_page(), **given)
     except SettingsError as error:

@@ -11,6 +11,7 @@ Limits: a process with more than OTHERS open files and devices may still run out
 from __future__ import annotations
 
 import asyncio
+import socket
 from collections.abc import Mapping
 from itertools import count
 from typing import Any, cast
@@ -55,6 +56,9 @@ class Connection(H11Protocol):
         """Bound the unsent bytes, and close other connections if there are too many."""
         wide = cast(asyncio.Transport, transport)
         wide.set_write_buffer_limits(WAITING_BYTES)
+        peer = wide.get_extra_info("socket")
+        if peer is not None and peer.family == socket.AF_UNIX:  # inherits nothing from the listening socket
+            peer.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, WAITING_BYTES)
         super().connection_made(wide)
         self.number = next(_numbers)
         room: ConnectionRoom = self.app_state.setdefault(ROOM, ConnectionRoom(self.connections))

@@ -74,6 +74,7 @@ class Limits:
         self._settings = settings
         self._now = now
         self._trusted = tuple(ipaddress.ip_network(entry) for entry in settings.trusted_proxies)
+        self._unnamed = "127.0.0.1" if settings.uds else ""  # a peer without address: every one is, at a Unix socket
         self._buckets: OrderedDict[str, TokenBucket] = OrderedDict()
         self._streams: Counter[str] = Counter()
         self._lock = threading.Lock()
@@ -116,7 +117,7 @@ class Limits:
 
     def address(self, scope: Scope) -> str:
         """Return the address under which `scope` counts: loopback, an IPv4 address, an IPv6 network, or unknown."""
-        address = _parsed((scope.get("client") or ("", 0))[0])
+        address = _parsed((scope.get("client") or (self._unnamed, 0))[0])
         if address is not None and self._is_trusted(address):
             values = [value.decode("latin-1") for name, value in scope["headers"] if name == b"x-forwarded-for"]
             for entry in reversed([entry for value in values for entry in value.split(",")]):

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from service.operations.root_path_setting import WithHint, read_root_path
+from service.unix_socket import LONGEST_PATH
 from synth.errors import Fault, InvalidRequest, shown
 
 PREFIX = "RIDGEWAVE_"
@@ -94,6 +95,13 @@ def _folder(text: str) -> str:
     return str(Path(text).resolve())
 
 
+def _socket_path(text: str) -> str:
+    path = os.path.abspath(text)
+    if "\0" in text or len(os.fsencode(path)) > LONGEST_PATH:
+        raise ValueError
+    return path
+
+
 _HOST = r"[A-Za-z0-9._-]+|\[[0-9A-Fa-f:.]+\]"
 
 
@@ -108,6 +116,12 @@ class Settings:
         "The address to listen on. Beyond loopback the service starts only with RIDGEWAVE_API_KEYS.",
     )
     port: int = _setting(8000, _whole(0, 65535), "0 to 65535", "The port to listen on; 0 selects a free port.")
+    uds: str = _setting(
+        "",
+        _socket_path,
+        "the path of a Unix socket, of at most 100 bytes",
+        "A Unix socket to listen on in place of address and port. Its mode is 0660: it is for this user and group.",
+    )
     workers: int = _setting(
         1,
         _whole(1, 64),

@@ -11,6 +11,7 @@ BAD = [
     ("port", "65536"),
     ("port", "-1"),
     ("port", "8000.0"),
+    ("uds", "/run/" + 101 * "s"),
     ("workers", "0"),
     ("workers", "many"),
     ("api_keys", "one,two three"),
