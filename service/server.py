@@ -62,6 +62,8 @@ def run(settings: Settings, engine: Engine | None = None, *, worker: str = WORKE
     tell_for_all_processes()
     listener = listen(settings)
     own = identity(settings.uds)
+    if own is not None and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+        signal.signal(signal.SIGTERM, lambda number, _: _end_without_socket(number, settings.uds, own))
     log.info("listening on %s", f"unix:{settings.uds}" if settings.uds else f"http://{shown_address(listener)}")
     try:
         _serve(settings, listener, engine, worker)
@@ -149,6 +151,13 @@ def _serve(settings: Settings, listener: socket.socket, engine: Engine | None, w
         signal.signal(signal.SIGHUP, lambda *_: signal.raise_signal(signal.SIGTERM))
     config = uvicorn.Config(app, **options)
     uvicorn.Server(config).run(sockets=[listener])
+
+
+def _end_without_socket(number: int, path: str, own: tuple[int, int]) -> None:
+    """Remove the socket, then end by the signal: uvicorn sends it again once the service has ended."""
+    remove_own(path, own)
+    signal.signal(number, signal.SIG_DFL)
+    signal.raise_signal(number)
 
 
 def _sockets_folder() -> tempfile.TemporaryDirectory[str]:
