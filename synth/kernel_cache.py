@@ -55,10 +55,13 @@ class KernelCache(NullCache):  # type: ignore[misc]  # numba has no types
     def load_overload(self, signature: Any, target: Any) -> Any:
         """Return the kernel compiled for `signature`, or None."""
         for one in self._caches:
-            with suppress(Exception):  # pickle raises many kinds for damaged bytes
+            try:
                 found = one.load_overload(signature, target)
-                if found is not None:
-                    return found
+            except Exception:  # pickle raises many kinds for damaged bytes
+                one.forget()
+                continue
+            if found is not None:
+                return found
         return None
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
@@ -66,7 +69,7 @@ class KernelCache(NullCache):  # type: ignore[misc]  # numba has no types
         for one in self._caches:
             try:
                 one.save_overload(signature, compiled)
-            except OSError:
+            except Exception:  # also of a damaged index that could not be removed
                 one.forget()
                 continue
             return
@@ -81,7 +84,7 @@ class _FolderCache(FunctionCache):  # type: ignore[misc]
         super().__init__(function)
 
     def forget(self) -> None:
-        """Remove the index after a failure: it may name a file that is older than the index."""
+        """Remove the index after a failure: it is damaged, or may name a file that is older than the index."""
         with suppress(OSError):
             os.unlink(self._cache_file._index_path)
 

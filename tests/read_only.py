@@ -1,8 +1,8 @@
 """Runs ridgewave as a hardened container does: an unprivileged user, nothing that can be written, no home.
 
 Model: a mount namespace of its own, in which every file system is mounted read-only, and a user without privileges in
-    it. Both need root, and a system that allows mounts: elsewhere the tests are skipped with that reason. The program is
-    a copy of the tree without compiled kernels, and runs in an interpreter that every user may use.
+    it. Both need root, and a system that allows mounts: elsewhere the tests are skipped with that reason. The program
+    is a copy of the tree without compiled kernels, and runs in an interpreter that every user may use.
 """
 
 from __future__ import annotations

@@ -57,7 +57,7 @@ def run(tree: Path, words: list[str], home: dict[str, str], user: int = NOBODY) 
 
 @contextmanager
 def served(words: list[str], variables: dict[str, str]) -> Iterator[tuple[str, list[str]]]:
-    """Run a service until it is ready; yield its address, and a list that has the lines of its log when it has ended."""
+    """Run a service until it is ready; yield its address, and the lines of its log, which are complete afterwards."""
     process = subprocess.Popen(words, env=variables, stderr=subprocess.PIPE, text=True)
     lines: list[str] = []
     assert process.stderr is not None
