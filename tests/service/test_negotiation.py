@@ -56,8 +56,10 @@ def test_l16_is_not_offered_above_48_khz() -> None:
     assert choose_format(None, "audio/L16, audio/wav;q=0.1", 96000, 1) == "wav"
 
 
-def test_flac_is_not_offered_for_streams_or_nine_channels() -> None:
+def test_flac_is_not_offered_for_streams_nine_channels_or_a_rate_that_it_cannot_hold() -> None:
     with pytest.raises(Problem):
         choose_format(None, "audio/flac", 48000, 1, endless=True)
     with pytest.raises(Problem):
         choose_format(None, "audio/flac", 48000, 9)
+    with pytest.raises(Problem):
+        choose_format(None, "audio/flac", 65_537, 1)

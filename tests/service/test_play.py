@@ -177,6 +177,12 @@ def test_a_recording_that_fails_later_tells_the_reason_and_no_path(
     assert str(folder) not in answer.text and not list(folder.iterdir())
 
 
+def test_a_recording_in_flac_at_a_rate_that_it_cannot_hold_is_refused(running: Running) -> None:
+    answer = start(running, "file:x.flac", {"output": {"sample_rate": 65_537}})[1]
+    (fault,) = problem(answer, 422, "request-refused")["errors"]
+    assert fault["pointer"] == "/output/sample_rate" and not list(folder_of(running).iterdir())
+
+
 def test_a_name_that_is_being_recorded_is_taken(running: Running) -> None:
     path, _ = start(running, "file:x.wav")
     document = problem(start(running, "file:x.wav")[1], 409, "name-taken")

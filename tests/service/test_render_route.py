@@ -99,6 +99,17 @@ def test_a_wrong_parameter_is_refused_by_name(app: FastAPI, query: str) -> None:
     assert problem(answer, 422, "request-refused")["errors"][0]["pointer"].startswith("?form")
 
 
+def test_flac_at_a_rate_that_it_cannot_hold_is_refused_with_the_rule(app: FastAPI, engine: PlainEngine) -> None:
+    for rate in (65_537, 96_001):
+        scene = {"output": {"duration": 0.01, "sample_rate": rate}}
+        (fault,) = problem(ask(app, "POST", "/v1/render?format=flac", json=scene), 422, "request-refused")["errors"]
+        assert fault["pointer"] == "/output/sample_rate" and "multiples of 10 Hz" in fault["allowed"]
+        answer = ask(app, "POST", "/v1/render", json=scene, headers={"Accept": "audio/flac, audio/wav;q=0.1"})
+        assert answer.headers["content-type"] == "audio/wav"
+        answer = ask(app, "POST", "/v1/render", json=scene, headers={"Accept": "audio/flac"})
+        assert "audio/flac" not in problem(answer, 406, "not-acceptable")["detail"]
+
+
 def test_a_render_beyond_the_longest_is_refused_with_the_field(app: FastAPI) -> None:
     answer = ask(app, "POST", "/v1/render", json={"output": {"duration": 3601}})
     (fault,) = problem(answer, 422, "scene-refused")["errors"]

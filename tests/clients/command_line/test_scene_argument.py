@@ -147,6 +147,22 @@ def test_a_change_is_json_if_it_parses_otherwise_text(given: str, patch: dict[st
     assert patch_of(given) == patch
 
 
+@pytest.mark.parametrize(
+    ("change", "path"),
+    [
+        ('scan={"load": 1, "load": 2}', "scan.load"),
+        ('output={"channels": [{"quantity": "velocity", "quantity": "velocity"}]}', "output.channels.0.quantity"),
+        ('effects.inertia={"mass": 1, "mass": 1}', "effects.inertia.mass"),
+    ],
+)
+def test_a_field_twice_in_the_json_of_a_change_is_refused(scene_file: str, change: str, path: str) -> None:
+    assert fault_of(scene_file, "--set", change).startswith(f"{path}: got the same field more than once")
+
+
+def test_json_that_is_nested_too_deeply_is_refused(scene_file: str) -> None:
+    assert "nested too deeply" in fault_of(scene_file, "--set", f"scan={100_000 * '['}")
+
+
 @given(st.recursive(st.none() | st.booleans() | st.integers() | st.text(), lambda inner: st.lists(inner, max_size=3)))
 def test_every_json_value_is_taken_as_json(value: object) -> None:
     assert value_of(json.dumps(value)) == value

@@ -47,6 +47,12 @@ def test_the_file_holds_the_samples_of_python(scene_path: str, tmp_path: Path, r
     assert metadata.scene == json.loads(json.dumps(scene_document(scene)))
 
 
+def test_flac_at_a_rate_that_it_cannot_hold_is_refused(tmp_path: Path, ridgewave: RunsRidgewave) -> None:
+    done = ridgewave("render", "grating-1mm-31um", "-o", "out.flac", "--set", "output.sample_rate=65537")
+    assert done.returncode == 2 and not list(tmp_path.glob("out*"))
+    assert b"output.sample_rate: got 65537 Hz" in done.stderr and b"Write WAV" in done.stderr
+
+
 def test_the_result_is_available_as_json(scene_path: str, tmp_path: Path, ridgewave: RunsRidgewave) -> None:
     done = ridgewave("render", scene_path, "-o", "out.flac", "--json", "--set", "output.full_scale=null")
     assert done.returncode == 0, done.stderr
