@@ -3,6 +3,10 @@
 #     docker build -t ridgewave .
 #     docker run -p 8000:8000 -e RIDGEWAVE_API_KEYS=choose-a-long-key ridgewave
 #
+# Any user and a read-only file system work, since the compiled kernels are in the image (docs/operations.md):
+#
+#     docker run --read-only --tmpfs /tmp --user 12345:12345 -p 8000:8000 -e RIDGEWAVE_API_KEYS=... ridgewave
+#
 # Other commands work too: docker run -v "$PWD:/sound" ridgewave render grating-1mm-31um -o /sound/out.wav
 
 ARG PYTHON=3.11-slim-bookworm
@@ -23,10 +27,6 @@ COPY synth synth
 COPY service service
 COPY clients clients
 RUN python3 -m venv /opt/ridgewave && /opt/ridgewave/bin/pip install -c constraints.txt .
-
-# numba keys its cache on each source file's time, and an image layer drops fractions of a second: whole seconds first.
-RUN find /opt/ridgewave/lib -path '*/site-packages/synth/*.py' -exec touch -d '2000-01-01 00:00:00 UTC' {} + \
-    && /opt/ridgewave/bin/python -m compileall -q /opt/ridgewave/lib/python3*/site-packages/synth
 
 
 FROM python:${PYTHON}
