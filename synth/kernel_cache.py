@@ -40,7 +40,7 @@ def kernel_source_hash(root: Path = HERE) -> str:
     return digest.hexdigest()
 
 
-class KernelCache(NullCache):  # type: ignore[misc]  # numba has no types
+class KernelCache(NullCache):
     """The cache of one kernel, in all its folders."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
@@ -76,11 +76,11 @@ class KernelCache(NullCache):  # type: ignore[misc]  # numba has no types
         tell_unkept()
 
 
-class _FolderCache(FunctionCache):  # type: ignore[misc]
+class _FolderCache(FunctionCache):
     """The cache of one kernel in one folder."""
 
     def __init__(self, function: Callable[..., Any], folder: Path) -> None:
-        self._impl_class = partial(_CompiledKernels, folder=folder)
+        self._impl_class = partial(_CompiledKernels, folder=folder)  # type: ignore[assignment]  # called as a class
         super().__init__(function)
 
     def forget(self) -> None:
@@ -89,7 +89,7 @@ class _FolderCache(FunctionCache):  # type: ignore[misc]
             os.unlink(self._cache_file._index_path)
 
 
-class _CompiledKernels(CompileResultCacheImpl):  # type: ignore[misc]
+class _CompiledKernels(CompileResultCacheImpl):
     """How kernels become files. Numba's own constructor looks for a folder that can be written."""
 
     def __init__(self, function: Callable[..., Any], folder: Path) -> None:
@@ -99,7 +99,7 @@ class _CompiledKernels(CompileResultCacheImpl):  # type: ignore[misc]
         self._filename_base = self.get_filename_base(f"{Path(source).stem}.{function.__qualname__}", sys.abiflags)
 
 
-class _KernelFolder(InTreeCacheLocator):  # type: ignore[misc]
+class _KernelFolder(InTreeCacheLocator):
     def __init__(self, function: Callable[..., Any], source: str, folder: Path) -> None:
         super().__init__(function, source)
         self._cache_path = str(folder)

@@ -12,7 +12,7 @@ Limits  Numba infers types: these functions have no annotations, and mypy does n
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 from numba import njit, types
 from numba.extending import intrinsic, is_jitted
@@ -25,6 +25,7 @@ Decorator = Callable[[Function], Function]
 ALL: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}  # C never calls kernels
 INNER: dict[str, Any] = {**ALL, "no_cpython_wrapper": True}  # a wrapper for Python doubles the time to compile
 FUSED = {"contract"}
+COMPILES = is_jitted(njit(lambda x: x))  # not with NUMBA_DISABLE_JIT
 
 inner: Decorator = njit(**INNER, fastmath=FUSED)
 """Compiles a function that kernels call. Python cannot call it."""
@@ -38,7 +39,7 @@ unfused: Decorator = njit(**INNER)
 
 def kernel(function: Function) -> Function:
     """Compile a function that runs without the GIL and is kept on disk."""
-    return _kept(function, FUSED)
+    return cast(Function, _kept(function, FUSED))
 
 
 def signed_kernel(signature: str, *, fused: bool = True) -> Decorator:
@@ -50,18 +51,18 @@ def signed_kernel(signature: str, *, fused: bool = True) -> Decorator:
     """
 
     def compiled(function: Function) -> Function:
-        made: Any = _kept(function, FUSED if fused else set())
-        if is_jitted(made):
+        made = _kept(function, FUSED if fused else set())
+        if COMPILES:
             made.compile(signature)
             made.disable_compile()
-        return made
+        return cast(Function, made)
 
     return compiled
 
 
-def _kept(function: Function, fastmath: set[str]) -> Function:
+def _kept(function: Function, fastmath: set[str]) -> Any:
     made: Any = njit(**ALL, fastmath=fastmath)(function)
-    if is_jitted(made):  # not with NUMBA_DISABLE_JIT
+    if COMPILES:
         made._cache = KernelCache(function)  # what njit(cache=True) does, with a cache of Numba
     return made
 

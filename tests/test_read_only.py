@@ -42,7 +42,7 @@ def filled(empty: Path) -> Iterator[Path]:
     """The same tree, after its owner has served and rendered."""
     variables = environment(empty, HOME="/root", RIDGEWAVE_PREPARE_TEXTURES="off")
     with served([interpreter(), *SERVE], variables):
-        subprocess.run([interpreter(), *RENDER], env=variables, check=True, capture_output=True)
+        subprocess.run([interpreter(), *RENDER], cwd="/", env=variables, check=True, capture_output=True)
     assert list(empty.rglob("*.nbi"))
     yield empty
     for kept in empty.rglob("*.nb[ic]"):
@@ -58,7 +58,7 @@ def run(tree: Path, words: list[str], home: dict[str, str], user: int = NOBODY) 
 @contextmanager
 def served(words: list[str], variables: dict[str, str]) -> Iterator[tuple[str, list[str]]]:
     """Run a service until it is ready; yield its address, and the lines of its log, which are complete afterwards."""
-    process = subprocess.Popen(words, env=variables, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(words, cwd="/", env=variables, stderr=subprocess.PIPE, text=True)
     lines: list[str] = []
     assert process.stderr is not None
     try:
@@ -66,7 +66,7 @@ def served(words: list[str], variables: dict[str, str]) -> Iterator[tuple[str, l
         while not address:
             lines.append(process.stderr.readline())
             assert lines[-1], "".join(lines)
-            found = re.search(r"listening on (http://\S+)", lines[-1])
+            found = re.search(r"listening on (http://[^\s\"]+)", lines[-1])
             address = found[1] if found else ""
         until(lambda: process.poll() is not None or _is_ready(address), START)
         assert process.poll() is None
