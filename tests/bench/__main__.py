@@ -34,6 +34,7 @@ from tests.bench import (
     bench_effects,
     bench_fingertip,
     bench_floods,
+    bench_largest_inputs,
     bench_layered,
     bench_limiter,
     bench_live,
@@ -67,6 +68,7 @@ BY_NAME: dict[str, Measure] = {  # only where named
     "choices": bench_choices.figures,
     "fingertip": bench_fingertip.figures,
     "floods": bench_floods.figures,
+    "inputs": bench_largest_inputs.figures,
 }
 ON_ONE_CORE = ("solver", "voice", "limiter", "response", "effects", "table")
 HEADER = f"{'figure':35} {'median':>9} {'least':>9} {'unit':8} {'limit':>6} {'':6}  how"
