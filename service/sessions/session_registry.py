@@ -21,7 +21,7 @@ from service.operations.settings import Settings
 from service.problems import Problem
 from service.sessions.fixed_output import open_pinned
 from service.sessions.recordings import Recordings, recording_of
-from service.sessions.session import Owner, Session
+from service.sessions.session import Owner, Session, text_to_keep
 from service.sessions.session_ids import new_id, not_found
 from service.sessions.voice_stream import Kind, VoiceStream
 from service.sinks.player import Player
@@ -94,15 +94,20 @@ class Sessions:
             raise Problem("full", FULL[kind], headers={"Retry-After": self._retry_after()})
         self._opening[kind] += 1
         name = new_id(self._settings.node)
+
+        def opened() -> tuple[Scene, bytes, VoiceStream]:
+            scene, stream = opening(name)
+            return scene, text_to_keep(scene, kind), stream
+
         try:
-            scene, stream = await self._solver.run(owner.client, opening, name)
+            scene, text, stream = await self._solver.run(owner.client, opened)
         finally:
             self._opening[kind] -= 1
         if stream.used_bytes and not self._has_room(stream.used_bytes):
             sentence = f"Live sessions have less than {stream.used_bytes} bytes of memory left (RIDGEWAVE_LIVE_BYTES)."
             raise Problem("full", sentence)
         named = partial(self.textures.named, key=owner.key)
-        session = Session(name, owner, scene, stream, self.engine, self._solver, self.metrics, named)
+        session = Session(name, owner, scene, text, stream, self.engine, self._solver, self.metrics, named)
         self._sessions[name] = session
         return session
 

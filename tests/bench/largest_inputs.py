@@ -244,9 +244,9 @@ def _of_live(peer: Peer) -> Iterator[Kind]:
         return send
 
     def fetched() -> Ask:
-        """Record thirty seconds of a hand that moves a thousand times a second, rendered as fast as it goes."""
+        """Record ten seconds of a hand that moves a thousand times a second, rendered as fast as it goes."""
         connection, answer = peer.live(text({"type": "hello", "record": True}))
-        for number in range(30_000):
+        for number in range(10_000):
             contact = {"type": "contact", "seq": number, "time": 0.001 * number, "position": 1e-4 * math.sin(number)}
             connection.send(text(contact).decode())
             connection.send('{"type":"more","frames":48}')

@@ -143,7 +143,7 @@ async def _stored(change: Any, *arguments: Any) -> Any:
 async def rename(request: Request, name: str) -> Response:
     """The body is `{"name": "new-name"}`. Scenes hold the surface's address, so they do not change."""
     own = service_of(request).textures
-    new = _new_name(await read_body(request, PATCH))
+    new = await asyncio.to_thread(_new_name, await read_body(request, PATCH))
     renamed: StoredTexture | None = await _stored(own.store.rename, own.owner(request.scope.get(KEY)), name, new)
     if renamed is None:
         raise _no_texture(name)
