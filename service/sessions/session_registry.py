@@ -26,8 +26,7 @@ from service.sessions.session_ids import new_id, not_found
 from service.sessions.voice_stream import Kind, VoiceStream
 from service.sinks.player import Player
 from service.store.owned_textures import OwnedTextures
-from synth.scene.scene import Scene, parse_scene
-from synth.scene.text import object_from_text
+from synth.scene.scene import Scene
 
 EXPIRED_AT_A_TIME = 4  # per call of `look`; a hundred at once would delay all streams by 30 ms
 FULL = {
@@ -81,8 +80,7 @@ class Sessions:
             def open_voice(scene: Scene) -> LiveVoice:
                 return self.metrics.timed("voice", self.engine.open_live, scene)
 
-            document = self.textures.named(object_from_text(body), key)
-            scene, voice = open_pinned(parse_scene(document), open_voice)
+            scene, voice = open_pinned(self.textures.scene(body, key), open_voice)
             return scene, VoiceStream(voice)
 
         return await self.open("http", Owner(client, key), opening)
