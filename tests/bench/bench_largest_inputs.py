@@ -49,8 +49,13 @@ def figures(quick: bool, names: tuple[str, ...] = ()) -> list[Figure]:
     runs, seconds = (1, 0.5) if quick else (RUNS, SECONDS)
     wanted = names or (QUICK if quick else ())
     with tempfile.TemporaryDirectory() as folder:
-        own = {"RIDGEWAVE_DATA_FOLDER": str(Path(folder) / "data"), "RIDGEWAVE_MAX_UPDATES": "100000"}
-        child = Child("service", Path(folder), **roomy_environment(), **own)
+        own = {"DATA_FOLDER": str(Path(folder) / "data"), "MAX_UPDATES": "100000", "SESSION_IDLE": "3600"}
+        child = Child(
+            "service",
+            Path(folder),
+            **roomy_environment(),
+            **{f"RIDGEWAVE_{name}": value for name, value in own.items()},
+        )
         try:
             url = child.url()
             asks = {kind.name: kind.prepare() for kind in kinds(url) if not wanted or kind.name in wanted}

@@ -9,6 +9,8 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Callable, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import pytest
@@ -21,7 +23,7 @@ from service.http.reference import Reference
 from synth.scene.scene import Scene, parse_scene
 from synth.voice.hand_voice import HandVoice
 from tests.bench.largest_inputs import LEFT_OUT, kinds, recording
-from tests.service.harness import Running, kept_engine, settings_of
+from tests.service.harness import Running, ask, kept_engine, settings_of
 from tests.service.plain_engine import PlainEngine
 
 SCENE = recording(2_500)  # 60 kB
@@ -168,3 +170,22 @@ def test_the_plan_of_a_live_session_makes_no_document_of_its_scene(made: Made) -
     assert not made
     assert plan["response"].pop("delay_behind_a_hand_seconds") == hand.motion_delay
     assert plan == {name: value for name, value in whole.items() if name not in ("scene", "cost")}
+
+
+def test_the_files_of_an_import_are_deleted_in_a_thread(
+    app: FastAPI, read_here: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plain, deleted = TemporaryDirectory.cleanup, []
+
+    def cleanup(folder: TemporaryDirectory[str]) -> None:
+        if folder.name.rpartition("/")[2].startswith("ridgewave-"):
+            deleted.append(in_loop())
+        plain(folder)
+        assert not Path(folder.name).exists()
+
+    monkeypatch.setattr(TemporaryDirectory, "cleanup", cleanup)
+    heights = "\n".join(f"{number % 20}" for number in range(200)).encode()
+    form = {"files": {"file": ("scan.csv", heights)}, "data": {"unit": "um", "pixel": "5 um"}}
+    answer = ask(app, "POST", "/v1/textures?dry_run=true", **form)
+    assert answer.status_code == 200, answer.text
+    assert deleted == [False]
