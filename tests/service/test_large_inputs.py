@@ -28,7 +28,7 @@ from tests.service.plain_engine import PlainEngine
 
 SCENE = recording(2_500)  # 60 kB
 LARGE = APART  # bytes that a loop may read, write or compress at once: half of what these inputs have
-FIELDS = {f"x{number}": {} for number in range(4_000)}
+FIELDS: dict[str, Any] = {f"x{number}": {} for number in range(4_000)}
 GZIP = {"Accept-Encoding": "gzip"}
 
 Made = list[tuple[str, int, bool]]
@@ -185,7 +185,7 @@ def test_the_files_of_an_import_are_deleted_in_a_thread(
 
     monkeypatch.setattr(TemporaryDirectory, "cleanup", cleanup)
     heights = "\n".join(f"{number % 20}" for number in range(200)).encode()
-    form = {"files": {"file": ("scan.csv", heights)}, "data": {"unit": "um", "pixel": "5 um"}}
-    answer = ask(app, "POST", "/v1/textures?dry_run=true", **form)
+    fields = {"unit": "um", "pixel": "5 um"}
+    answer = ask(app, "POST", "/v1/textures?dry_run=true", files={"file": ("scan.csv", heights)}, data=fields)
     assert answer.status_code == 200, answer.text
     assert deleted == [False]
