@@ -26,6 +26,7 @@ from service.http.content_negotiation import Compression
 from service.http.head_requests import HeadAsGet
 from service.http.query_faults import each_once, query_faults
 from service.http.rate_limits import Limits, RateLimit
+from service.http.reference import Reference
 from service.http.root_path import RootPath, redirect_to_page
 from service.http.routes import (
     accuracy,
@@ -69,6 +70,7 @@ def create_app(settings: Settings, engine: Engine | None = None, workers_folder:
         version="1",
         lifespan=lifespan,
         servers=[{"url": settings.root_path}] if settings.root_path else None,
+        openapi_url=None,
         docs_url=None,
         redoc_url=None,
         redirect_slashes=False,
@@ -82,6 +84,7 @@ def create_app(settings: Settings, engine: Engine | None = None, workers_folder:
         app.add_route(settings.root_path, redirect_to_page, include_in_schema=False)
     app.state.service = service
     app.openapi = lambda: openapi.document(app)  # type: ignore[method-assign]
+    service.reference = Reference(app)
     return app
 
 

@@ -33,6 +33,7 @@ from service.compute.threads import BlockThreads, Solves, ThreadWork
 from service.compute.work_places import Places
 from service.engine import Engine
 from service.http.rate_limits import Limits
+from service.http.reference import Reference
 from service.live.live_connections import LiveConnections
 from service.operations.health import Health
 from service.operations.metrics import Metrics
@@ -89,9 +90,12 @@ class Service:
         self.sessions = Sessions(engine, settings, self.solves, self.metrics)
         self.live = LiveConnections(self.sessions, settings, self.blocks)
         self.preparation = TexturePreparation(data_folder(settings.data_folder))
+        self.reference: Reference
+        """Of the application; it sets it."""
         self.serves_only = False
-        """Whether `warm_up` begins to prepare textures, and excludes the heap from garbage collection, because a full
-        collection stops streams for 90 ms. False where the process does other work too, as in tests."""
+        """Whether `warm_up` makes the reference, begins to prepare textures, and excludes the heap from garbage
+        collection, because a full collection stops streams for 90 ms. False where the process does other work too, as
+        in tests."""
         self.warm = False
         self.closing = False
         self.loop: asyncio.AbstractEventLoop | None = None  # None until it serves
@@ -149,6 +153,7 @@ class Service:
             log.exception("our mistake: the default scene does not render; the service does not become ready")
             return
         if self.serves_only:
+            self.reference.make()
             gc.collect()
             gc.freeze()
         self.warm = True

@@ -24,6 +24,7 @@ from typing import Any
 from service.store.store import Store
 from synth.errors import CannotRender, Fault, InvalidRequest, SceneError
 from synth.scene.scene import Scene, parse_scene, scene_document
+from synth.scene.text import json_text, object_from_text
 from synth.surfaces.surface_data import add_source
 
 LONGEST = 300.0  # s; several times what any scene takes on an idle machine
@@ -44,13 +45,13 @@ def measure_apart(
     the system killed it.
     """
     folder = None if textures is None else str(textures.absolute())
-    request = json.dumps({"scene": scene_document(scene), "quantity": quantity, "textures": folder}).encode()
+    request = json_text({"scene": scene_document(scene), "quantity": quantity, "textures": folder})
     code, outcome, messages = _answer_of_process(request, given_up)
     if code == KILLED:
         raise CannotRender("The system ended the measurement, most likely because the memory of this machine is full.")
     if code != 0:
         raise RuntimeError(f"the measuring process ended with {code}:\n{messages.decode(errors='replace')}")
-    answer: dict[str, Any] = json.loads(outcome)
+    answer: dict[str, Any] = object_from_text(outcome)
     if "faults" in answer:
         kind = SceneError if answer["of_scene"] else InvalidRequest
         raise kind([Fault(**fault) for fault in answer["faults"]])

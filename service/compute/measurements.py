@@ -21,6 +21,7 @@ from service.http.chunked_answer import departure
 from service.problems import Problem, refused
 from synth.errors import CannotRender, shown
 from synth.scene.scene import Scene
+from synth.scene.text import json_text
 
 RETRY_SECONDS = 20  # a measurement takes up to a minute; on average, half of it is left
 
@@ -41,8 +42,8 @@ class Measurements:
         self._given_up.set()
         self._pool.shutdown(wait=False, cancel_futures=True)
 
-    async def answer(self, read: Callable[[], Scene], quantity: str | None, receive: Receive) -> dict[str, Any]:
-        """Return the document for the scene that `read` returns. `receive` reports when the client disconnects.
+    async def answer(self, read: Callable[[], Scene], quantity: str | None, receive: Receive) -> bytes:
+        """Return the JSON for the scene that `read` returns. `receive` reports when the client disconnects.
 
         Raises what the scene and the engine raise, and Problem (503) during another measurement or at a shutdown.
         """
@@ -61,8 +62,8 @@ class Measurements:
             waits: list[asyncio.Future[Any]] = [work, gone]
             await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
             given_up.set()
-            document: dict[str, Any] = await work
-            return document
+            answer: bytes = await work
+            return answer
         except CannotRender:
             if not self._closed:
                 raise
@@ -72,9 +73,9 @@ class Measurements:
             self._under_way = False
             gone.cancel()
 
-    def _measure(self, read: Callable[[], Scene], quantity: str | None, given_up: threading.Event) -> dict[str, Any]:
+    def _measure(self, read: Callable[[], Scene], quantity: str | None, given_up: threading.Event) -> bytes:
         scene = read()
         names = [channel.quantity for channel in scene.output.channel_list]
         if quantity is not None and quantity not in names:
             raise refused("?quantity", shown(quantity), " or ".join(names), "Name a channel of the scene.")
-        return self._engine.accuracy(scene, quantity, given_up)
+        return json_text(self._engine.accuracy(scene, quantity, given_up))

@@ -33,7 +33,7 @@ from service.store.store import Store
 from synth.encode.containers import closing
 from synth.encode.formats import Block, SoundFormat, block_bytes, encode_all, media_type, open_writer, stream_header
 from synth.errors import CannotRender, Fault, InvalidRequest, SceneError, shown
-from synth.scene.scene import Scene, channel_count, parse_scene
+from synth.scene.scene import Scene, channel_count, parse_scene, scene_text
 from synth.scene.text import object_from_text
 from synth.voice.fades import reduction_warning
 
@@ -237,14 +237,20 @@ def _whole(render: Render, beginning: list[Block]) -> Iterator[Message]:
         yield None
     block = parts[0] if len(parts) == 1 else np.concatenate(parts)
     render.stages.done("render")
-    body = encode_all(block, render.sound_format, render.voice.sample_rate, metadata_of(render.voice, render.scene))
+    body = encode_all(
+        block, render.sound_format, render.voice.sample_rate, metadata_of(render.voice, scene_text(render.scene))
+    )
     render.stages.done("encode")
     yield render.answer(len(body), whole=True)
     yield body
 
 
 def _streamed(render: Render, beginning: list[Block]) -> Iterator[Message]:
-    voice, sound_format, metadata = render.voice, render.sound_format, metadata_of(render.voice, render.scene)
+    voice, sound_format, metadata = (
+        render.voice,
+        render.sound_format,
+        metadata_of(render.voice, scene_text(render.scene)),
+    )
     samples = render.frames * voice.channels * sound_format.bytes_per_sample
     header = stream_header(sound_format, voice.sample_rate, voice.channels, metadata, render.frames)
     end = closing(sound_format, samples)
@@ -259,7 +265,7 @@ def _streamed(render: Render, beginning: list[Block]) -> Iterator[Message]:
 def _flac(render: Render, beginning: list[Block]) -> Iterator[Message]:
     """Yield a long FLAC, from a temporary file that is deleted with the answer."""
     with _temporary_file() as store:
-        metadata = metadata_of(render.voice, render.scene)
+        metadata = metadata_of(render.voice, scene_text(render.scene))
         with open_writer(store, SoundFormat.FLAC, render.voice.sample_rate, render.voice.channels, metadata) as writer:
             for block in _blocks(render, beginning):
                 writer.write(block)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from service.engine import Sounding
 from synth.encode.formats import Metadata, SoundFormat
-from synth.scene.scene import Scene, scene_document
 
 
 def describe(voice: Sounding, sound_format: SoundFormat) -> dict[str, str]:
@@ -22,6 +21,6 @@ def describe(voice: Sounding, sound_format: SoundFormat) -> dict[str, str]:
     }
 
 
-def metadata_of(voice: Sounding, scene: Scene) -> Metadata:
-    """Return the metadata inside the file."""
-    return Metadata(tuple(voice.full_scale), tuple(voice.quantities), scene_document(scene))
+def metadata_of(voice: Sounding, scene: bytes) -> Metadata:
+    """Return the metadata inside the file. scene: its JSON, as `scene_text` makes it."""
+    return Metadata(tuple(voice.full_scale), tuple(voice.quantities), scene)

@@ -7,7 +7,6 @@ Limits: one thread or task at a time uses a stream (`VoiceStream.turn`).
 
 from __future__ import annotations
 
-import json
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Mapping
@@ -33,6 +32,7 @@ from synth.encode.formats import Block
 from synth.encode.samples import SoundFormat, block_bytes
 from synth.motion.motion import Update
 from synth.scene.scene import Scene, parse_scene
+from synth.scene.text import json_text
 from synth.voice.fades import faded
 
 BLOCK_SECONDS = 0.01  # default length of a block: 100 per second
@@ -185,7 +185,7 @@ class LiveStream(VoiceStream):
 
     def recording(self) -> bytes:
         """Return the JSON of the recording. Slow: call it from a thread."""
-        return json.dumps(self.voice.recording(), allow_nan=False).encode("ascii")
+        return json_text(self.voice.recording())
 
     def limited(self, now: float) -> str | None:
         """Return the message about the limiter if it acted, at most once per second."""

@@ -36,16 +36,16 @@ def with_full_scale(scene: Scene, full_scale: tuple[float, ...]) -> Scene:
 
     A silent scene, whose voice has no valid full scale, is returned unchanged.
     """
-    document = scene_document(scene)
-    output = dict(document["output"])
+    output = scene.output.document()
     quantities = [channel.quantity for channel in scene.output.channel_list]
     output["channels"] = [
         {"quantity": name, "full_scale": float(value)} for name, value in zip(quantities, full_scale, strict=False)
     ]
     try:
-        pinned = parse_scene(document | {"output": _without(output, "quantity", "full_scale")})
+        read = parse_scene({"output": _without(output, "quantity", "full_scale")}).output  # the rest is read already
     except SceneError:
         return scene
+    pinned = scene.model_copy(update={"output": read})
     added = full_scale[len(quantities) :]
     return _with_added_scales(pinned, added) if added else pinned
 

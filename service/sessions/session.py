@@ -23,11 +23,11 @@ from service.operations.settings import Settings
 from service.problems import Problem
 from service.sessions.fixed_output import changed_scene
 from service.sessions.scene_changes import Changes, Waiting, merged
-from service.sessions.voice_stream import VoiceStream
+from service.sessions.voice_stream import Kind, VoiceStream
 from service.sinks.player import Player
 from synth.errors import RidgewaveError
-from synth.scene.scene import Scene, scene_document
-from synth.scene.text import object_from_text
+from synth.scene.scene import Scene, scene_text
+from synth.scene.text import json_text, object_from_text
 
 log = logging.getLogger("ridgewave.service")
 
@@ -82,6 +82,11 @@ class Owner:
     key: int | None
 
 
+def text_to_keep(scene: Scene, kind: Kind) -> bytes:
+    """Return the JSON of `scene` for the answers of an HTTP session; a live session has none. Slow."""
+    return scene_text(scene) if kind == "http" else b""
+
+
 class Session:
     """One session. Its methods run in the event loop and pass slow work to `solver`."""
 
@@ -90,6 +95,7 @@ class Session:
         name: str,
         owner: Owner,
         scene: Scene,
+        scene_text: bytes,
         stream: VoiceStream,
         engine: Engine,
         solver: Solves,
@@ -98,11 +104,13 @@ class Session:
     ) -> None:
         """Make a session.
 
+        scene_text: JSON of the scene of an HTTP session.
         stream: the voice of a live session; in an HTTP session, the voice for the first listener.
         named: replaces the name of an imported texture in a partial scene.
         """
         self._named = named
-        self.id, self.owner, self.kind, self.scene = name, owner.key, stream.kind, scene
+        self.id, self.owner, self.kind = name, owner.key, stream.kind
+        self.scene, self.scene_text = scene, scene_text
         self.stream: VoiceStream | None = stream
         self.sample_rate, self.channels = stream.sample_rate, stream.channels
         self.full_scale, self.quantities = tuple(stream.voice.full_scale), tuple(stream.voice.quantities)
@@ -190,11 +198,9 @@ class Session:
         if self.peer is not None:
             self.peer.end(reason, at_once=at_once)
 
-    def document(self, settings: Settings) -> dict[str, Any]:
-        """Return the answer of `GET /v1/sessions/{id}`."""
-        return {
-            "id": self.id,
-            "scene": scene_document(self.scene),
+    def document(self, settings: Settings) -> bytes:
+        """Return the answer of `GET /v1/sessions/{id}`, JSON. The part of the scene is kept: it may have a megabyte."""
+        rest = {
             "sample_rate": self.sample_rate,
             "channels": self.channels,
             "quantities": list(self.quantities),
@@ -205,6 +211,7 @@ class Session:
             "heard_within": settings.lead + settings.stream_block + self._engine.live_delay,
             "stream": f"{settings.root_path}/v1/sessions/{self.id}/stream",
         }
+        return b"".join((json_text({"id": self.id})[:-1], b',"scene":', self.scene_text, b",", json_text(rest)[1:]))
 
     async def _apply(self, batch: Sequence[Waiting]) -> None:
         """Solve all of `batch` and pass the result to the voices, or keep it for the next voice."""
@@ -215,15 +222,16 @@ class Session:
                 """Return `scene` with `patch` merged into it."""
                 return changed_scene(scene, self._named(patch), self.full_scale)
 
-            def prepare(scene: Scene) -> list[Any]:
-                """Return what each stream needs for `scene`; without a stream, a voice that is kept."""
+            def prepare(scene: Scene) -> tuple[bytes, list[Any]]:
+                """Return the JSON to keep, and what each stream needs for `scene`; without one, a voice to keep."""
+                text = text_to_keep(scene, self.kind)
                 if not streams:
-                    return [self._open(scene)]
-                return [self._metrics.timed("change", stream.prepare, scene) for stream in streams]
+                    return text, [self._open(scene)]
+                return text, [self._metrics.timed("change", stream.prepare, scene) for stream in streams]
 
             made = await self._solver.run(self._client, merged, self.scene, batch, change, prepare)
             if made.coming is not None:
-                self.scene, prepared = made.coming
+                self.scene, (self.scene_text, prepared) = made.coming
                 if not streams:
                     self.stream = VoiceStream(prepared[0])
                 elif self.kind == "http":

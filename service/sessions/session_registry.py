@@ -21,13 +21,12 @@ from service.operations.settings import Settings
 from service.problems import Problem
 from service.sessions.fixed_output import open_pinned
 from service.sessions.recordings import Recordings, recording_of
-from service.sessions.session import Owner, Session
+from service.sessions.session import Owner, Session, text_to_keep
 from service.sessions.session_ids import new_id, not_found
 from service.sessions.voice_stream import Kind, VoiceStream
 from service.sinks.player import Player
 from service.store.owned_textures import OwnedTextures
-from synth.scene.scene import Scene, parse_scene
-from synth.scene.text import object_from_text
+from synth.scene.scene import Scene
 
 EXPIRED_AT_A_TIME = 4  # per call of `look`; a hundred at once would delay all streams by 30 ms
 FULL = {
@@ -81,8 +80,7 @@ class Sessions:
             def open_voice(scene: Scene) -> LiveVoice:
                 return self.metrics.timed("voice", self.engine.open_live, scene)
 
-            document = self.textures.named(object_from_text(body), key)
-            scene, voice = open_pinned(parse_scene(document), open_voice)
+            scene, voice = open_pinned(self.textures.scene(body, key), open_voice)
             return scene, VoiceStream(voice)
 
         return await self.open("http", Owner(client, key), opening)
@@ -94,15 +92,20 @@ class Sessions:
             raise Problem("full", FULL[kind], headers={"Retry-After": self._retry_after()})
         self._opening[kind] += 1
         name = new_id(self._settings.node)
+
+        def opened() -> tuple[Scene, bytes, VoiceStream]:
+            scene, stream = opening(name)
+            return scene, text_to_keep(scene, kind), stream
+
         try:
-            scene, stream = await self._solver.run(owner.client, opening, name)
+            scene, text, stream = await self._solver.run(owner.client, opened)
         finally:
             self._opening[kind] -= 1
         if stream.used_bytes and not self._has_room(stream.used_bytes):
             sentence = f"Live sessions have less than {stream.used_bytes} bytes of memory left (RIDGEWAVE_LIVE_BYTES)."
             raise Problem("full", sentence)
         named = partial(self.textures.named, key=owner.key)
-        session = Session(name, owner, scene, stream, self.engine, self._solver, self.metrics, named)
+        session = Session(name, owner, scene, text, stream, self.engine, self._solver, self.metrics, named)
         self._sessions[name] = session
         return session
 

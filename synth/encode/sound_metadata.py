@@ -15,12 +15,12 @@ Limits: ffprobe, sox and exiftool show any length. A FLAC comment has 16 MB at m
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from synth.scene.effects_section import unit_of
+from synth.scene.text import json_text
 
 WAV_COMMENT_BYTES = 2046  # libsndfile skips an INFO entry of 2048 bytes or more, with its NUL and its padding
 LONGER = "ISBJ"
@@ -46,7 +46,7 @@ class Metadata:
     full_scale: SI value of a sample of 1.0, one per channel.
     quantities: quantity of each channel, such as "acceleration".
     scene: the scene as a JSON document in SI numbers, as `scene_document` makes it. It contains only JSON types: a
-        tuple would be read back as a list.
+        tuple would be read back as a list. Or its JSON, as `scene_text` makes it.
     generator: name and version of the program.
     recording: document of the live session that was rendered, or None.
     gain_reduction_db: largest reduction by the limiter, where it is known before the file is written.
@@ -54,7 +54,7 @@ class Metadata:
 
     full_scale: tuple[float, ...]
     quantities: tuple[str, ...]
-    scene: dict[str, Any]
+    scene: dict[str, Any] | bytes
     generator: str = field(default_factory=generator_name)
     recording: Mapping[str, Any] | None = None
     gain_reduction_db: float = 0.0
@@ -67,8 +67,9 @@ class Metadata:
 
         NaN or infinity in it is a bug in ridgewave and raises ValueError.
         """
-        recording = {} if self.recording is None else {"recording": self.recording}
-        return _compact({**self._scale(), "scene": self.scene, **recording})
+        scene = self.scene if isinstance(self.scene, bytes) else json_text(self.scene)
+        recording = b"" if self.recording is None else b',"recording":' + json_text(self.recording)
+        return b"".join((json_text(self._scale())[:-1], b',"scene":', scene, recording, b"}"))
 
     def wav_entries(self) -> list[tuple[bytes, bytes]]:
         """Return the entries of a LIST INFO chunk: names, and texts without their NUL."""
@@ -76,7 +77,7 @@ class Metadata:
         software = b"ISFT", self.generator.encode("ascii", "replace")
         if len(text) + 1 <= WAV_COMMENT_BYTES:
             return [software, (b"ICMT", text)]
-        scale = _compact({**self._scale(), "scene_in": LONGER})
+        scale = json_text({**self._scale(), "scene_in": LONGER})
         return [software, (b"ICMT", scale), (LONGER.encode(), text)]
 
     def _scale(self) -> dict[str, Any]:
@@ -87,7 +88,3 @@ class Metadata:
         ]
         scale = {"version": VERSION, "generator": self.generator, "channels": channels}
         return scale | ({"gain_reduction_db": round(self.gain_reduction_db, 2)} if self.gain_reduction_db else {})
-
-
-def _compact(document: Mapping[str, Any]) -> bytes:
-    return json.dumps(document, allow_nan=False, separators=(",", ":")).encode("ascii")

@@ -72,7 +72,7 @@ class Cost:
 class Plan:
     """The plan of one scene.
 
-    scene: complete document of the scene.
+    scene: complete document of the scene; empty in a plan without it.
     simulated: what is simulated, in the order in which it runs.
     left_out: what is not simulated.
     response: how z is computed.
@@ -104,13 +104,13 @@ class Plan:
         }
 
 
-def plan_of(solved: Preparation) -> Plan:
-    """Return the plan of a prepared scene, without its cost."""
+def plan_of(solved: Preparation, *, with_scene: bool = True) -> Plan:
+    """Return the plan of a prepared scene, without its cost. with_scene: with its document, which may be large."""
     errors: dict[str, float] = {}
     for channel in solved.all_channels:
         errors[channel.quantity] = max(errors.get(channel.quantity, 0.0), channel.error)
     return Plan(
-        scene=scene_document(solved.scene),
+        scene=scene_document(solved.scene) if with_scene else {},
         simulated=_simulated(solved),
         left_out=_left_out(solved),
         response=_response(solved),

@@ -27,7 +27,7 @@ from synth.scene.rules import MOST_FAULTS, Fields, Quantity, Refusal, refusal
 from synth.scene.scan_section import CLOCK, LOWEST_LOAD, Scan, over_area_fields, since
 from synth.scene.section import Section, inner_section, plain, rule_of, section_schema
 from synth.scene.sound_scene import CALLED, HEAD_BYTES, document_in_sound, is_sound
-from synth.scene.text import object_from_text, pointer
+from synth.scene.text import json_text, object_from_text, pointer
 from synth.scene.texture_registry import DEFAULT, kinds, with_files
 from synth.scene.texture_section import Texture
 
@@ -234,6 +234,11 @@ def channel_count(scene: Scene) -> int:
 def scene_document(scene: Scene) -> dict[str, Any]:
     """Return the complete document of `scene`, with numbers in SI. `parse_scene` reads it back to an equal scene."""
     return scene.document()
+
+
+def scene_text(scene: Scene) -> bytes:
+    """Return the complete document of `scene` as compact JSON."""
+    return json_text(scene_document(scene))
 
 
 def scene_schema() -> dict[str, Any]:

@@ -22,6 +22,7 @@ from synth.motion.path_smoothing import PathFollower
 from synth.motion.update_smoothing import DELAY
 from synth.plan.direct_plan import follows_path
 from synth.plan.effect_choice import require_one_shape
+from synth.plan.plan import plan_of
 from synth.plan.preparation import Preparation
 from synth.plan.usual_hand import nominal_scene, prepare_hand, with_full_scale, with_hand_scale
 from synth.response_cache import ResponseCache
@@ -90,7 +91,7 @@ class HandVoice(LiveVoice):
     @property
     def plan_document(self) -> dict[str, Any]:
         """The plan of the present or coming scene as JSON, without the scene and the cost."""
-        document = self.plan.document()
+        document = plan_of((self._coming or self._voice).told, with_scene=False).document()
         response = document["response"] | {"delay_behind_a_hand_seconds": self.motion_delay}
         return {name: value for name, value in document.items() if name not in ("scene", "cost")} | {
             "response": response

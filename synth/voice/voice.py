@@ -118,15 +118,15 @@ class Voice:
     @property
     def warnings(self) -> tuple[str, ...]:
         """The warnings of the plan."""
-        return warnings_of(self._told)
+        return warnings_of(self.told)
 
     @property
     def plan(self) -> Plan:
         """The plan of this voice; after a hand has moved it, the plan for a hand."""
-        return plan_of(self._told)
+        return plan_of(self.told)
 
     @property
-    def _told(self) -> Preparation:
+    def told(self) -> Preparation:
         """The preparation that the plan describes."""
         solved = self._for_hand if self._by_hand and self._for_hand is not None else self.solved
         return replace(solved, scene=self.scene)

@@ -9,12 +9,14 @@
     python -m tests.bench choices
     python -m tests.bench fingertip
     python -m tests.bench floods
+    python -m tests.bench inputs
 
 Parts: solver, voice, limiter, response, effects (each on one core), service, processes; --long adds an hour's render.
-`live`, `page`, `table`, `direct`, `layered`, `choices`, `fingertip` and `floods` run only where they are named: `live`
-loads a service with streams for minutes, `page` needs a browser, `table` and `layered` measure tables, `direct` voices
-without one, `choices` opens textures of the catalogue, `fingertip` compares 200 renders with brute force, which takes
-an hour, and `floods` floods a service.
+`live`, `page`, `table`, `direct`, `layered`, `choices`, `fingertip`, `floods` and `inputs` run only where they are
+named: `live` loads a service with streams for minutes, `page` needs a browser, `table` and `layered` measure tables,
+`direct` voices without one, `choices` opens textures of the catalogue, `fingertip` compares 200 renders with brute
+force, which takes an hour, `floods` floods a service, and `inputs` sends it the largest inputs, which takes half an
+hour.
 Nothing here passes or fails: a figure over its limit is marked OVER. docs/benchmarks.md explains each line.
 """
 
@@ -34,6 +36,7 @@ from tests.bench import (
     bench_effects,
     bench_fingertip,
     bench_floods,
+    bench_largest_inputs,
     bench_layered,
     bench_limiter,
     bench_live,
@@ -67,6 +70,7 @@ BY_NAME: dict[str, Measure] = {  # only where named
     "choices": bench_choices.figures,
     "fingertip": bench_fingertip.figures,
     "floods": bench_floods.figures,
+    "inputs": bench_largest_inputs.figures,
 }
 ON_ONE_CORE = ("solver", "voice", "limiter", "response", "effects", "table")
 HEADER = f"{'figure':35} {'median':>9} {'least':>9} {'unit':8} {'limit':>6} {'':6}  how"

@@ -40,4 +40,5 @@ async def accuracy(request: Request, parameters: Annotated[AccuracyParameters, Q
     """Every method with its error and its cost on the service's machine. One measurement at a time, up to a minute."""
     service = service_of(request)
     read = partial(service.textures.scene, await read_body(request), request.scope.get(KEY))
-    return JSONResponse(await service.measurements.answer(read, parameters.quantity, request.receive))
+    body = await service.measurements.answer(read, parameters.quantity, request.receive)
+    return Response(body, media_type="application/json")

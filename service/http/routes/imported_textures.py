@@ -111,11 +111,14 @@ async def import_texture(request: Request, parameters: Annotated[ImportParameter
 async def _uploaded(service: Service, form: Form) -> Uploaded:
     """Return the surface of `form`, read in a process of its own. Raises CannotRender where its files have no room."""
     try:
-        with tempfile.TemporaryDirectory(prefix="ridgewave-") as folder:
-            upload = Path(folder) / "upload"
+        folder = tempfile.TemporaryDirectory(prefix="ridgewave-")
+        try:
+            upload = Path(folder.name) / "upload"
             with upload.open("wb") as copy:
                 await asyncio.to_thread(shutil.copyfileobj, form.file.file, copy, 1 << 20)
             return await service.imports.read(upload, form.file.filename or "", form.fields, upload.parent)
+        finally:
+            await asyncio.to_thread(folder.cleanup)  # deleting 128 MB takes 0.1 s
     except OSError as error:
         raise CannotRender(NO_ROOM) from error
 
@@ -143,7 +146,7 @@ async def _stored(change: Any, *arguments: Any) -> Any:
 async def rename(request: Request, name: str) -> Response:
     """The body is `{"name": "new-name"}`. Scenes hold the surface's address, so they do not change."""
     own = service_of(request).textures
-    new = _new_name(await read_body(request, PATCH))
+    new = await asyncio.to_thread(_new_name, await read_body(request, PATCH))
     renamed: StoredTexture | None = await _stored(own.store.rename, own.owner(request.scope.get(KEY)), name, new)
     if renamed is None:
         raise _no_texture(name)

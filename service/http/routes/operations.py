@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
+
 from fastapi import APIRouter, Request
 from starlette.responses import HTMLResponse, JSONResponse, PlainTextResponse, Response
 
 from service.http import openapi
-from service.http.reference_page import CONTENT_SECURITY_POLICY, reference_page
+from service.http.reference_page import CONTENT_SECURITY_POLICY
 from service.http.request_body import read_body
 from service.lifespan import service_of
 from service.problems import Problem
@@ -90,5 +92,14 @@ async def metrics(request: Request) -> Response:
 )
 async def docs(request: Request) -> Response:
     """A page with all calls, problems and settings."""
-    page = reference_page(request.app.openapi())
+    reference = service_of(request).reference
+    page = await asyncio.to_thread(lambda: reference.page)
     return HTMLResponse(page, headers={"Content-Security-Policy": CONTENT_SECURITY_POLICY})
+
+
+@router.get("/openapi.json", include_in_schema=False)
+async def openapi_document(request: Request) -> Response:
+    """The OpenAPI document."""
+    reference = service_of(request).reference
+    document = await asyncio.to_thread(lambda: reference.document)
+    return Response(document, media_type="application/json")

@@ -54,7 +54,7 @@ async def play(request: Request, session_id: str) -> Response:
     service = service_of(request)
     text = await read_body(request)
     session = service.sessions.find(session_id, request.scope.get(KEY))
-    player = await _start(service, request.scope, session, _device(text))
+    player = await _start(service, request.scope, session, await asyncio.to_thread(_device, text))
     location = f"{service.settings.root_path}/v1/sessions/{session.id}"
     return JSONResponse(player.document(), 202, {"Location": location})
 
@@ -114,7 +114,7 @@ async def _begin(session: Session, player: Player) -> Player:
     earlier, session.player = session.player, player
     try:
         player.stream = await session.open_stream()
-        await asyncio.to_thread(player.start, metadata_of(session, session.scene))
+        await asyncio.to_thread(player.start, metadata_of(session, session.scene_text))
     except BaseException as error:
         session.player = earlier
         if isinstance(error, NameTaken):

@@ -79,7 +79,7 @@ async def picture(request: Request) -> Response:
     response_class=JSONResponse,
     responses=openapi.answer_of("Threshold", "The curve.") | openapi.problem_answers("request-refused"),
 )
-async def threshold(parameters: Annotated[ThresholdParameters, Query()]) -> Response:
+def threshold(parameters: Annotated[ThresholdParameters, Query()]) -> Response:  # not async: it runs in a thread
     """The peak displacement of a sinusoid that is just felt, at frequencies evenly spaced on a logarithmic scale."""
     if not parameters.low < parameters.high:
         raise refused("?low", str(parameters.low), f"below ?high, {parameters.high:g} Hz", "Write a lower frequency.")

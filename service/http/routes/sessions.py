@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from fastapi import APIRouter, Request
 from starlette.responses import JSONResponse, Response
 
 from service.http import openapi
 from service.http.rate_limits import KEY
 from service.http.request_body import PATCH, read_body
-from service.lifespan import service_of
+from service.lifespan import Service, service_of
+from service.sessions.session import Session
 
 router = APIRouter(tags=["sessions"])
 SESSION = openapi.answer_of("Session", "The session.")
@@ -31,8 +34,8 @@ async def create(request: Request) -> Response:
     text = await read_body(request)
     client = service.limits.caller(request.scope)
     session = await service.sessions.create(text, client, request.scope.get(KEY))
-    location = {"Location": f"{service.settings.root_path}/v1/sessions/{session.id}", "Cache-Control": "no-store"}
-    return JSONResponse(session.document(service.settings), 201, location)
+    location = {"Location": f"{service.settings.root_path}/v1/sessions/{session.id}"}
+    return _answer(session, service, 201, location)
 
 
 @router.get(
@@ -46,7 +49,7 @@ async def show(request: Request, session_id: str) -> Response:
     """The complete scene, whether the session streams or plays, and when it expires."""
     service = service_of(request)
     session = service.sessions.find(session_id, request.scope.get(KEY))
-    return JSONResponse(session.document(service.settings), headers={"Cache-Control": "no-store"})
+    return _answer(session, service)
 
 
 @router.patch(
@@ -64,7 +67,7 @@ async def change(request: Request, session_id: str) -> Response:
     session = service.sessions.find(session_id, request.scope.get(KEY))
     await session.change(text)
     session.touch()
-    return JSONResponse(session.document(service.settings), headers={"Cache-Control": "no-store"})
+    return _answer(session, service)
 
 
 @router.delete(
@@ -79,3 +82,10 @@ async def delete(request: Request, session_id: str) -> Response:
     """Its stream and its play fade out and end; a recording is completed."""
     service_of(request).sessions.delete(session_id, request.scope.get(KEY))
     return Response(status_code=204)
+
+
+def _answer(
+    session: Session, service: Service, status: int = 200, headers: Mapping[str, str] | None = None
+) -> Response:
+    headers = {"Cache-Control": "no-store", **(headers or {})}
+    return Response(session.document(service.settings), status, headers, media_type="application/json")

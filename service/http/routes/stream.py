@@ -75,7 +75,7 @@ async def stream(request: Request, session_id: str, parameters: Annotated[Stream
     sound_format = choose_format(parameters.format, accept, session.sample_rate, session.channels, endless=True)
     kind = media_type(sound_format, session.sample_rate, session.channels)
     frames = None if parameters.duration is None else max(1, round(parameters.duration * session.sample_rate))
-    metadata = metadata_of(session, session.scene)
+    metadata = metadata_of(session, session.scene_text)
     header = stream_header(sound_format, session.sample_rate, session.channels, metadata, frames)
     headers = describe(session, sound_format)
     if frames is None:

@@ -23,6 +23,7 @@ from service.problems import Problem
 from service.store.store import StoredTexture
 from synth.errors import SceneError
 from synth.scene.catalogue import CatalogueEntry, catalogue, lookup
+from synth.scene.text import json_text
 
 router = APIRouter(tags=["textures"])
 A_DAY = "public, max-age=86400"
@@ -49,13 +50,17 @@ def entry_document(entry: CatalogueEntry | StoredTexture, request: Request) -> d
 )
 async def textures(request: Request) -> Response:
     """Each has its title, its group and its scenes. The entry of a single texture also has its numbers."""
+    return Response(await asyncio.to_thread(_listed, request), media_type="application/json")
+
+
+def _listed(request: Request) -> bytes:
     own = service_of(request).textures
-    stored = await asyncio.to_thread(own.store.textures, own.owner(request.scope.get(KEY)))
+    stored = own.store.textures(own.owner(request.scope.get(KEY)))
     entries: list[CatalogueEntry | StoredTexture] = [*catalogue(), *stored]
     found = [entry_document(entry, request) for entry in entries]
     for document in found:
         del document["numbers"]  # half of the text; a page shows those of one entry
-    return JSONResponse({"textures": found})
+    return json_text({"textures": found})
 
 
 @router.get(
