@@ -121,6 +121,12 @@ _ROWS = (
         "Too many renders",
         "Together with the client's other renders it would take more than RIDGEWAVE_RENDER_SECONDS_PER_CLIENT.",
     ),
+    (
+        "too-many-imports",
+        429,
+        "Too many imports",
+        "The client has RIDGEWAVE_IMPORTS_PER_CLIENT imports under way, or they hold _IMPORT_BYTES_PER_CLIENT.",
+    ),
     ("internal", 500, "Internal error", "A bug of ridgewave. The log has the details under the id in `instance`."),
     ("cannot-render", 503, "Not possible here", "The request is valid, but this machine cannot carry it out."),
     ("full", 503, "Full", "The limit on sessions, renders or measurements is reached; try again after Retry-After."),
