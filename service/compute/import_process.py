@@ -186,18 +186,27 @@ def _surface(path: Path, spacing: list[float]) -> SurfaceData:
 
 def main() -> None:
     """Read the request, import, and print the outcome."""
+    set_bounds()
+    request = json.load(sys.stdin)
+    with os.fdopen(os.dup(1), "wb") as answer:
+        os.dup2(2, 1)  # what a library prints is no part of the answer
+        answer.write(encoded(outcome_of(request)))
+
+
+def set_bounds() -> None:
+    """Bound this process, and silence what libraries log about a file."""
     for kind, most in (
         (resource.RLIMIT_CORE, 0),
         (resource.RLIMIT_AS, MOST_MEMORY),
         (resource.RLIMIT_CPU, int(LONGEST)),
     ):
         bound(kind, most)
-    logging.disable()  # warnings of libraries about the file
-    request = json.load(sys.stdin)
-    with os.fdopen(os.dup(1), "wb") as answer:
-        os.dup2(2, 1)  # what a library prints is no part of the answer
-        text = json.dumps(outcome_of(request), allow_nan=False, ensure_ascii=False)
-        answer.write(text.encode("utf-8", "replace"))  # names in a damaged file may be no text
+    logging.disable()
+
+
+def encoded(outcome: Mapping[str, Any]) -> bytes:
+    """Return an outcome as JSON. Names in a damaged file may be no text: they have question marks then."""
+    return json.dumps(outcome, allow_nan=False, ensure_ascii=False).encode("utf-8", "replace")
 
 
 def outcome_of(request: dict[str, Any]) -> dict[str, Any]:

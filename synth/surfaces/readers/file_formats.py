@@ -21,6 +21,7 @@ from typing import NoReturn
 from synth.errors import RidgewaveError
 from synth.surfaces.readers import npy, picture, surfer_grid, text, tiff, topography_package
 from synth.surfaces.readers.surface_file import LARGEST_FILE, SurfaceFile, check_numbers, check_shape, refuse_file
+from synth.surfaces.readers.zip_directory import check_directory
 
 HEAD_BYTES = 4096  # read to recognise the format; the header of a text file can be longer than a signature
 
@@ -66,6 +67,7 @@ def read_surface_file(path: Path, ending: str | None = None) -> SurfaceFile:
         refuse_file(f"{size} bytes", f"at most {LARGEST_FILE} bytes", "Crop it, or keep every second point.")
     if not size:
         refuse_file("an empty file", "a file of heights", "Save the surface again.")
+    check_directory(path)
     with path.open("rb") as file:
         head = file.read(HEAD_BYTES)
     found = next(one for one in FORMATS if one.fits(head, ending))
