@@ -129,7 +129,7 @@ _ROWS = (
     ),
     ("internal", 500, "Internal error", "A bug of ridgewave. The log has the details under the id in `instance`."),
     ("cannot-render", 503, "Not possible here", "The request is valid, but this machine cannot carry it out."),
-    ("full", 503, "Full", "The limit on sessions, renders or measurements is reached; try again after Retry-After."),
+    ("full", 503, "Full", "The limit on sessions, renders, imports or measurements is reached; see Retry-After."),
     ("one-worker", 503, "Sessions need one worker", "Sessions live in one process: start the service with one worker."),
     ("starved", 503, "Too busy", "Short work has waited for more than a second; `/readyz` reports it."),
     ("warming", 503, "Not ready yet", "The service has just started and is still compiling its kernels."),

@@ -7,6 +7,7 @@ import socket
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import httpx
 import pytest
@@ -165,7 +166,7 @@ def test_ten_uploads_of_one_client_do_not_delay_another_one(served: Running, hol
 
 
 def test_imports_beyond_the_bounds_of_a_client_are_refused_in_words(tmp_path: Path, hold: Hold) -> None:
-    bounds = {"imports_per_client": 2, "import_bytes_per_client": 5_000_000, "max_imports": 3}
+    bounds: dict[str, Any] = {"imports_per_client": 2, "import_bytes_per_client": 5_000_000, "max_imports": 3}
     with serving(PlainEngine(), data_folder=tmp_path / "data", api_keys="one,two,three", **bounds) as running:
 
         def post(key: str, content: bytes = SCAN) -> httpx.Response:

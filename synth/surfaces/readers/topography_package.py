@@ -168,11 +168,12 @@ def _instrument(head: bytes, ending: str) -> str | None:
 
 
 def _needs_package(head: bytes, ending: str, path: Path) -> bool:
-    """Return whether the package may read the file, by all that is known without the package."""
+    """Return whether the package may read the file, by all that is known without it. Raises BadZipFile."""
     found = known(head, ending, path)
-    if found is None or found[0] == PACKED:
-        return _instrument(head, ending) is not None or (found is not None and _holds_surface(path))
-    return may_be_read(found[0])
+    if found is not None and found[0] != PACKED:
+        return may_be_read(found[0])
+    holds = found is not None and _holds_surface(path)
+    return holds or _instrument(head, ending) is not None
 
 
 def _holds_surface(path: Path) -> bool:

@@ -65,15 +65,15 @@ def bombs() -> Iterator[tuple[str, bytes]]:
     yield "zeros.mat", matlab_packed(160)
     yield "terabytes.nc", b"CDF\x01" + struct.pack(">III", 0, 10, 1) + struct.pack(">I4sI", 1, b"x\0\0\0", 2**31 - 1)
     yield "terabytes.sur", b"DIGITAL SURF".ljust(98, b"\0") + b"\xff\x7f" * 207
-    yield "columns.csv", b"1;" * 4_000_000
-    yield "digits.csv", b"9" * 4_000_000 + b"\n1\n"
-    yield "lines.csv", b"\n" * 8_000_000
-    yield "header.csv", b"# word = 1\n" * 400_000
-    yield "numbers-only-names.csv", b"Z" * 4_000_000 + b"\n1\n2\n"
+    yield "columns.csv", b"1;" * 100_000
+    yield "digits.csv", b"9" * 1_000_000 + b"\n1\n"
+    yield "lines.csv", b"\n" * 1_000_000
+    yield "header.csv", b"# word = 1\n" * 100_000
+    yield "numbers-only-names.csv", b"Z" * 1_000_000 + b"\n1\n2\n"
     yield "quotes.csv", b'"' * 2_000_000
     yield "grid.grd", b"DSAA\n1000000 1000000\n0 1\n0 1\n0 1\n1 2 3\n"
     yield "triangles.stl", bytes(80) + struct.pack("<I", 2**32 - 1) + bytes(50)
-    yield "vertices.obj", b"v 0 0 0\n" * 400_000
+    yield "vertices.obj", b"v 0 0 0\n" * 100_000
 
 
 def xml(text: bytes) -> bytes:
