@@ -23,7 +23,7 @@ import zlib
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -214,7 +214,7 @@ def main(arguments: list[str]) -> None:
             if not asked.json:
                 print(line_of(name, found), *found.wrong, sep="\n  ", flush=True)
     if asked.json:
-        print(json.dumps({name: asdict(one) for name, one in every.items()}))
+        print(json.dumps({name: vars(one) for name, one in every.items()}))
 
 
 if __name__ == "__main__":

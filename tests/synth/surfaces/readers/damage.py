@@ -45,7 +45,9 @@ def whole_files() -> dict[str, list[UsualFile]]:
         "text: refused": [one for one in REFUSED if one.name.endswith((".txt", ".csv", ".xyz")) and one.content],
     }
     groups |= {name: [one for one in usual if one.name.endswith(several)] for name, several in endings.items()}
-    groups["NPZ"].append(UsualFile("stored.npz", "NumPy", zipped(heights_npy=_npy()), options={"pixel": "5 um"}))
+    groups["NPZ"].append(
+        UsualFile("stored.npz", "NumPy", zipped(heights_npy=_npy()), options={"unit": "um", "pixel": "5 um"})
+    )
     groups["XLSX"] = [UsualFile("sheet.xlsx", "Excel", _zip(SPREADSHEET))]
     groups["STL"] = [_named("mesh.stl", MESH), next(one for one in REFUSED if one.name == "mesh-text.stl")]
     groups["OBJ"] = [_named("mesh.obj", VERTICES.encode())]
