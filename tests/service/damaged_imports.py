@@ -35,7 +35,7 @@ from tests.synth.surfaces.readers.bombs import bombs
 from tests.synth.surfaces.readers.damage import damaged, whole_files
 from tests.synth.surfaces.readers.usual_files import UsualFile
 
-PATIENCE = 600.0  # s; a copy is stopped after 120 s of processor time
+PATIENCE = 600.0  # s; a copy is stopped after 90 s of processor time
 AT_ONCE = 50  # files that one copy imports
 STATUSES = (200, 413, 422, 500, 503)
 

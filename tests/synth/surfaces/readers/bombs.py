@@ -65,7 +65,7 @@ def bombs() -> Iterator[tuple[str, bytes]]:
     yield "zeros.mat", matlab_packed(160)
     yield "terabytes.nc", b"CDF\x01" + struct.pack(">III", 0, 10, 1) + struct.pack(">I4sI", 1, b"x\0\0\0", 2**31 - 1)
     yield "terabytes.sur", b"DIGITAL SURF".ljust(98, b"\0") + b"\xff\x7f" * 207
-    yield "columns.csv", b"1;" * 100_000
+    yield "columns.csv", b"1;" * 20_000
     yield "digits.csv", b"9" * 1_000_000 + b"\n1\n"
     yield "lines.csv", b"\n" * 1_000_000
     yield "header.csv", b"# word = 1\n" * 100_000
