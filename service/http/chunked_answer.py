@@ -100,10 +100,10 @@ async def while_wanted(work: Coroutine[Any, Any, Result], receive: Receive, cut:
         waits.append(asyncio.ensure_future(cut.wait()))
     try:
         await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
-        if task.done():
-            return task.result()
         if gone.done():
             raise ClientDisconnect
+        if task.done():
+            return task.result()
         raise Problem("closing", "The service is shutting down.")
     finally:
         for one in waits:
