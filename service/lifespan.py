@@ -30,6 +30,7 @@ from service.compute.measurements import Measurements
 from service.compute.renders import Renders
 from service.compute.texture_preparation import TexturePreparation
 from service.compute.threads import BlockThreads, Solves, ThreadWork
+from service.compute.uploads import Uploads
 from service.compute.work_places import Places
 from service.engine import Engine
 from service.http.rate_limits import Limits
@@ -84,7 +85,7 @@ class Service:
         self.solve_places = Places(settings.solves_per_client, settings.max_solves, waited)
         self.solves = Solves(self.solve_places)
         self.measurements = Measurements(engine)
-        self.imports = Imports()
+        self.imports, self.uploads = Imports(), Uploads(settings)
         self.claims = Claims()
         self.blocks = BlockThreads(BLOCK_THREADS, partial(self.metrics.waited, "block"))
         self.sessions = Sessions(engine, settings, self.solves, self.metrics)
@@ -197,6 +198,8 @@ class Service:
             ),
             "sessions": ("Sessions of plain HTTP, streaming or not.", lambda: self.sessions.count("http")),
             "renders_under_way": ("Renders running or waiting.", lambda: self.renders.under_way),
+            "imports_under_way": ("Imports uploading, waiting or being read.", lambda: self.uploads.under_way),
+            "import_bytes": ("Bodies of these imports, in bytes.", lambda: self.uploads.held_bytes),
         }
         for name, (sentence, read) in counters.items():
             self.metrics.watch(CounterMetricFamily, name, sentence, read)

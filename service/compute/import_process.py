@@ -4,8 +4,10 @@
 
 Model: many parsers may read a file from anywhere, and some belong to other packages. A process bounds their memory
     and time, and a fault of a parser ends that process only. Its outcome is one JSON object with "report", "spacing"
-    and "picture" (PNG, base64), and the heights as NPY in the file "heights"; or with "faults" (InvalidRequest) or
-    "reason" (CannotRender). AT_A_TIME imports run at a time in each process of the service; others wait.
+    and "picture" (PNG, base64), and the heights as NPY in the file "heights"; or with "faults" (InvalidRequest), and
+    the "traceback" of a reader that failed; or with "reason" (CannotRender). AT_A_TIME imports run at a time in each
+    process of the service. Others wait; clients take turns, and one client has half of the places at most. An import
+    that is cancelled kills its process.
 Limits: the bound on memory holds on Linux. If the service is killed, the process continues to its end.
 """
 
@@ -14,19 +16,22 @@ from __future__ import annotations
 import asyncio
 import base64
 import json
+import logging
 import os
 import resource
 import signal
 import sys
 import tempfile
-from collections.abc import Mapping
+import traceback
+from collections.abc import AsyncIterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
+from contextlib import ExitStack, asynccontextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from service.compute.resource_bounds import bound
+from service.compute.work_places import Places
 from service.problems import Problem
 from synth.errors import CannotRender, Fault, InvalidRequest
 
@@ -34,14 +39,18 @@ if TYPE_CHECKING:
     from synth.surfaces.surface_data import SurfaceData
 
 AT_A_TIME = 2
-LONGEST = 120.0  # s; the largest text takes a minute on a slow machine
+LONGEST_CPU = 90  # s of processor time; the largest text takes a minute on a slow machine
+LONGEST = 180.0  # s; a busy machine gives an import half of a processor or more
 MOST_MEMORY = 3 * 2**30  # bytes of address space: the largest surface takes 1.2 GB, and its libraries less than 1 GB
 NO_ROOM = (
     "an import needs temporary files, and none can be made or written here: free space, or set TMPDIR to a folder that "
     "can be written."
 )
-CRASHES = signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL  # in a library, on a damaged file
+CRASHES = signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL, signal.SIGABRT  # in a library
+LONGEST_TRACEBACK = 8000  # characters of a reader's traceback that the log keeps
 ROOT = Path(__file__).resolve().parents[2]  # import path of the process
+
+log = logging.getLogger("ridgewave.service")
 
 
 @dataclass(frozen=True)
@@ -57,7 +66,7 @@ class Imports:
     """The imports of one process of the service."""
 
     def __init__(self) -> None:
-        self._turns = asyncio.Semaphore(AT_A_TIME)
+        self._places = Places(0, 0, lambda _seconds: None, AT_A_TIME)
         self._under_way: set[asyncio.subprocess.Process] = set()
         self._closed = False
 
@@ -67,30 +76,27 @@ class Imports:
         for process in self._under_way:
             process.kill()
 
+    @asynccontextmanager
+    async def turn(self, client: str) -> AsyncIterator[None]:
+        """Wait for the turn of `client`, and hold its place."""
+        place = await self._places.enter(client)
+        try:
+            yield
+        finally:
+            place.leave()
+
     async def read(self, path: Path, file: str, options: Mapping[str, Any], folder: Path) -> Uploaded:
-        """Return the surface in the file at `path`.
+        """Return the surface in the file at `path`. In the service, call it within a `turn`.
 
         file: name that the user's file has.
         folder: private, for the heights.
         Raises InvalidRequest, CannotRender, and Problem (closing) at a shutdown.
         """
         request = {"path": str(path), "file": file, "options": options, "heights": str(folder / "heights")}
-        async with self._turns:
-            code, outcome, messages = await self._outcome(json.dumps(request).encode())
+        code, outcome, messages = await self._outcome(json.dumps(request).encode())
         if self._closed:
             raise Problem("closing", "The service is shutting down.")
-        if -code in CRASHES:
-            fault = "a file on which its reader crashes", "a whole file", "Copy it again, or export it as X3P."
-            raise InvalidRequest([Fault("/file", *fault)])
-        if code < 0 or b"MemoryError" in messages:
-            raise CannotRender("The import was stopped: it needed more time or more memory than is allowed.")
-        if code != 0:
-            raise RuntimeError(f"the importing process ended with {code}:\n{messages.decode(errors='replace')}")
-        answer = json.loads(outcome)
-        if "faults" in answer:
-            raise InvalidRequest([Fault(**fault) for fault in answer["faults"]])
-        if "reason" in answer:
-            raise CannotRender(answer["reason"])
+        answer = answer_of(code, outcome, messages)
         surface = await asyncio.to_thread(_surface, folder / "heights", answer["spacing"])
         return Uploaded(surface, answer["report"], answer["picture"])
 
@@ -120,6 +126,40 @@ class Imports:
                 process.kill()
                 await process.wait()
         return process.returncode or 0, outcome, messages
+
+
+def answer_of(code: int, outcome: bytes, messages: bytes) -> dict[str, Any]:
+    """Return the answer of a process that ended with `code`; negative: by that signal.
+
+    outcome: what it printed.
+    messages: what it wrote to standard error.
+    Raises InvalidRequest, CannotRender, and RuntimeError for a bug.
+    """
+    if -code in CRASHES:
+        log.info("a reader crashed on a file: signal %d\n%s", -code, _shortened(messages.decode(errors="replace")))
+        fault = "a file on which its reader crashes", "a whole file", "Copy it again, or export it as X3P."
+        raise InvalidRequest([Fault("/file", *fault)])
+    if -code == signal.SIGXCPU or (code > 0 and b"MemoryError" in messages):
+        needs = f"{LONGEST_CPU} s of processor time" if code < 0 else f"{MOST_MEMORY} bytes of memory"
+        fault = f"a file whose import needs more than {needs}", "a smaller file", "Crop it, or copy it again."
+        raise InvalidRequest([Fault("/file", *fault)])
+    if code < 0:
+        raise CannotRender("The import was stopped: this machine has too little time or memory for it.")
+    if code != 0:
+        raise RuntimeError(f"the importing process ended with {code}:\n{messages.decode(errors='replace')}")
+    answer: dict[str, Any] = json.loads(outcome)
+    if "faults" in answer:
+        if answer.get("traceback"):
+            log.info("a reader failed on a file, which was refused:\n%s", answer["traceback"])
+        raise InvalidRequest([Fault(**fault) for fault in answer["faults"]])
+    if "reason" in answer:
+        raise CannotRender(answer["reason"])
+    return answer
+
+
+def _shortened(text: str) -> str:
+    """Return the end of a text for the log."""
+    return text[-LONGEST_TRACEBACK:]
 
 
 def read_here(path: Path, options: Mapping[str, Any]) -> Uploaded:
@@ -154,21 +194,39 @@ def _surface(path: Path, spacing: list[float]) -> SurfaceData:
 
 def main() -> None:
     """Read the request, import, and print the outcome."""
+    set_bounds()
+    request = json.load(sys.stdin)
+    with os.fdopen(os.dup(1), "wb") as answer:
+        os.dup2(2, 1)  # what a library prints is no part of the answer
+        answer.write(encoded(outcome_of(request)))
+
+
+def set_bounds() -> None:
+    """Bound this process, and silence what libraries log about a file."""
     for kind, most in (
         (resource.RLIMIT_CORE, 0),
         (resource.RLIMIT_AS, MOST_MEMORY),
-        (resource.RLIMIT_CPU, int(LONGEST)),
+        (resource.RLIMIT_CPU, LONGEST_CPU),
     ):
         bound(kind, most)
-    request = json.load(sys.stdin)
-    outcome: dict[str, Any]
+    logging.disable()
+
+
+def encoded(outcome: Mapping[str, Any]) -> bytes:
+    """Return an outcome as JSON. Names in a damaged file may be no text: they have question marks then."""
+    return json.dumps(outcome, allow_nan=False, ensure_ascii=False).encode("utf-8", "replace")
+
+
+def outcome_of(request: dict[str, Any]) -> dict[str, Any]:
+    """Return the outcome of an import."""
     try:
-        outcome = _imported(request)
+        return _imported(request)
     except InvalidRequest as error:
-        outcome = {"faults": [asdict(fault) for fault in error.faults]}
+        cause = error.__cause__
+        told = "" if cause is None else _shortened("".join(traceback.format_exception(cause)))
+        return {"faults": [asdict(fault) for fault in error.faults], "traceback": told}
     except CannotRender as error:
-        outcome = {"reason": error.reason}
-    print(json.dumps(outcome, allow_nan=False))
+        return {"reason": error.reason}
 
 
 def _imported(request: dict[str, Any]) -> dict[str, Any]:

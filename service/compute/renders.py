@@ -12,21 +12,20 @@ from __future__ import annotations
 import asyncio
 import math
 from collections import Counter
-from collections.abc import AsyncGenerator, Coroutine
+from collections.abc import AsyncGenerator
 from dataclasses import replace
 from functools import partial
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol
 
-from starlette.requests import ClientDisconnect, Request
+from starlette.requests import Request
 from starlette.responses import Response
-from starlette.types import Receive
 
 from service.compute.render_process import Copies
 from service.compute.render_steps import Answer, Message, Order, Price, work
 from service.compute.threads import ThreadWork
 from service.compute.work_places import Place, Places
 from service.engine import Engine
-from service.http.chunked_answer import PumpedResponse, departure
+from service.http.chunked_answer import PumpedResponse, while_wanted
 from service.http.rate_limits import KEY, Limits
 from service.operations.metrics import Metrics
 from service.operations.settings import Settings
@@ -39,8 +38,6 @@ RETRY_SECONDS = 60  # after a refusal for lack of processor time; renders of thi
 SHORTER = 0.9  # of the longest admissible duration is suggested, because the price is an estimate
 
 OVER: Any = object()  # end of the steps
-
-Result = TypeVar("Result")
 
 
 class Worker(Protocol):
@@ -125,23 +122,6 @@ class UnderWay:
         """Return the body."""
         return b"".join([chunk async for chunk in self.chunks()])
 
-    async def while_wanted(self, work: Coroutine[Any, Any, Result], receive: Receive) -> Result:
-        """Return what `work` returns. Raises ClientDisconnect or Problem (closing) as soon as one of these occurs."""
-        task = asyncio.ensure_future(work)
-        gone, cut = asyncio.ensure_future(departure(receive)), asyncio.ensure_future(self.cut.wait())
-        waits: list[asyncio.Future[Any]] = [task, gone, cut]
-        try:
-            await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
-            if task.done():
-                return task.result()
-            if gone.done():
-                raise ClientDisconnect
-            raise Problem("closing", "The service is shutting down.")
-        finally:
-            for one in waits:
-                one.cancel()
-            await asyncio.gather(*waits, return_exceptions=True)
-
     def _lower(self) -> None:
         if self.worker is not None:
             self.worker.lower()
@@ -205,14 +185,14 @@ class Renders:
         one = UnderWay(self, self._limits.caller(request.scope))
         self._all.add(one)
         try:
-            head = await one.while_wanted(one.begin(order, body), request.receive)
+            head = await while_wanted(one.begin(order, body), request.receive, one.cut)
             if head.voice_seconds is not None:
                 self._metrics.built("voice", head.voice_seconds)
                 self._metrics.render_began()
             if not head.whole:
                 chunks, kind = one.chunks(), head.media_type
                 return PumpedResponse(chunks, head.headers, kind, released=one.close, cut=one.cut)
-            whole = await one.while_wanted(one.whole(), request.receive)
+            whole = await while_wanted(one.whole(), request.receive, one.cut)
         except BaseException:
             one.close()
             raise

@@ -22,6 +22,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -73,9 +74,16 @@ class TexturePreparation:
                 stderr=subprocess.DEVNULL,
                 pass_fds=[number],  # the process inherits the lock
             )
+        threading.Thread(target=self._reap, args=(self._process,), name="preparation", daemon=True).start()
         log.info("preparing textures at the lowest priority, in process %d", self._process.pid)
         if self._closed:
             self.close()
+
+    def _reap(self, process: subprocess.Popen[bytes]) -> None:
+        """Wait for the end of `process`, so that it leaves no entry in the table of processes if it is killed."""
+        code = process.wait()
+        if code != 0 and not self._closed:
+            log.warning("the process that prepares textures ended with %d; the next start or import begins it", code)
 
     def close(self) -> None:
         """Ask the process to end; the next start solves what it has not finished. Further calls do no harm."""

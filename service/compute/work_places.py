@@ -42,12 +42,16 @@ Waiting = tuple[float, Callable[[], None], "asyncio.Future[Place]"]
 class Places:
     """The places of one kind of work.
 
-    for_client, for_all: how many may be long at a time.
+    for_client, for_all: how many may be long at a time. With 0, no work becomes long.
     waited: called with the seconds that each piece of work waited for its place.
+    short: places for short work; None for SHORT_PLACES.
     """
 
-    def __init__(self, for_client: int, for_all: int, waited: Callable[[float], None]) -> None:
+    def __init__(
+        self, for_client: int, for_all: int, waited: Callable[[float], None], short: int | None = None
+    ) -> None:
         self._for_client, self._for_all, self._waited = for_client, for_all, waited
+        self._places = SHORT_PLACES if short is None else short
         self._held: set[Place] = set()
         self._short: Counter[str] = Counter()
         self._long: Counter[str] = Counter()
@@ -95,7 +99,7 @@ class Places:
                 place.long = True
                 self._count(place, 1)
                 place.lower()
-        while self._short.total() < SHORT_PLACES and (client := self._next()) is not None:
+        while self._short.total() < self._places and (client := self._next()) is not None:
             _, lower, turn = self._queues[client].popleft()
             if turn.done():
                 continue  # cancelled
@@ -117,7 +121,7 @@ class Places:
         return None
 
     def _may_begin(self, client: str) -> bool:
-        return self._short[client] < SHORT_PLACES // 2
+        return self._short[client] < self._places // 2
 
     def _count(self, place: Place, change: int) -> None:
         counted = self._long if place.long else self._short

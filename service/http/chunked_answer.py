@@ -8,11 +8,16 @@ Limits: async generators only. When a stop is requested, a chunk that the reader
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncGenerator, Awaitable, Callable, Mapping
-from typing import Any
+from collections.abc import AsyncGenerator, Awaitable, Callable, Coroutine, Mapping
+from typing import Any, TypeVar
 
+from starlette.requests import ClientDisconnect
 from starlette.responses import StreamingResponse
 from starlette.types import Receive, Scope, Send
+
+from service.problems import Problem
+
+Result = TypeVar("Result")
 
 
 class PumpedResponse(StreamingResponse):
@@ -82,3 +87,27 @@ async def departure(receive: Receive) -> None:
     """Return when the client has disconnected."""
     while (await receive())["type"] != "http.disconnect":
         pass
+
+
+async def while_wanted(work: Coroutine[Any, Any, Result], receive: Receive, cut: asyncio.Event | None = None) -> Result:
+    """Return what `work` returns.
+
+    Cancels it and raises ClientDisconnect as soon as the client disconnects, or Problem (closing) once `cut` is set.
+    It returns after the work has ended. Call it after the whole body was read.
+    """
+    task = asyncio.ensure_future(work)
+    gone = asyncio.ensure_future(departure(receive))
+    waits: list[asyncio.Future[Any]] = [task, gone]
+    if cut is not None:
+        waits.append(asyncio.ensure_future(cut.wait()))
+    try:
+        await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
+        if gone.done():
+            raise ClientDisconnect
+        if task.done():
+            return task.result()
+        raise Problem("closing", "The service is shutting down.")
+    finally:
+        for one in waits:
+            one.cancel()
+        await asyncio.gather(*waits, return_exceptions=True)

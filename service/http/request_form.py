@@ -10,7 +10,7 @@ of Origin and Host (`security`) refuse it.
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 
@@ -40,10 +40,13 @@ class Form:
 
 
 @asynccontextmanager
-async def read_form(request: Request, limit: int, setting: str) -> AsyncIterator[Form]:
+async def read_form(
+    request: Request, limit: int, setting: str, hold: Callable[[int], None] = lambda _size: None
+) -> AsyncIterator[Form]:
     """Yield the form of a request, with its file in the field "file".
 
     limit: largest body, in bytes, which the setting `setting` gives.
+    hold: called with the size of the body, announced or arrived so far. What it raises ends the upload.
     Raises Problem: 415 for another media type, 413 for a larger body, 422 for a form without a file.
     Raises CannotRender where the temporary file has no room.
     """
@@ -58,6 +61,7 @@ async def read_form(request: Request, limit: int, setting: str) -> AsyncIterator
     length = request.headers.get("content-length", "")
     if length.isdigit() and int(length) > limit:
         raise larger
+    hold(int(length) if length.isdigit() else 0)
     total, closing, newest, is_closed = 0, b"\r\n--" + parameters.get(b"boundary", b"") + b"--", b"", False
 
     async def counted() -> Message:
@@ -68,6 +72,7 @@ async def read_form(request: Request, limit: int, setting: str) -> AsyncIterator
         total += len(body)
         if total > limit:
             raise larger
+        hold(total)
         newest += body
         is_closed = is_closed or closing in newest
         newest = newest[1 - len(closing) :]

@@ -266,6 +266,21 @@ class Settings:
         "1024 to 134217728 bytes",
         "The largest body of an import: the file of a surface with its form; beyond, 413.",
     )
+    imports_per_client: int = _setting(
+        8,
+        _whole(1, 10_000),
+        "1 to 10000",
+        "Imports of one key or address uploading, waiting or being read at a time in a worker; beyond, 429.",
+    )
+    import_bytes_per_client: int = _setting(
+        1 << 28,
+        _whole(1024, 1 << 40),
+        "1024 to 1099511627776 bytes",
+        "The bodies of these imports together; beyond, 429. One that is larger alone gets 413.",
+    )
+    max_imports: int = _setting(
+        64, _whole(1, 10_000), "1 to 10000", "Imports of all clients under way at a time in a worker; beyond, 503."
+    )
     textures_per_key: int = _setting(
         200, _whole(0, 1_000_000), "0 to 1000000", "Imported textures that one key may keep; beyond, 413."
     )

@@ -35,7 +35,7 @@ def merge(own: Metrics, present: Sequence[Metrics] = (), ended: Sequence[Metrics
 
 def test_every_metric_is_there_before_anything_happened(app: FastAPI) -> None:
     shown = scrape(app).families
-    assert len(shown) == 28 and all(family.samples for family in shown.values())
+    assert len(shown) == 30 and all(family.samples for family in shown.values())
     assert all(name.startswith("ridgewave_") for name in shown)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -38,6 +39,13 @@ def test_an_import() -> None:
     request = {"path": "none.csv", "file": "none.csv", "options": {}, "heights": "heights"}
     code, outcome, messages = asyncio.run(Imports()._outcome(json.dumps(request).encode()))
     assert (code, messages) == (0, b"") and json.loads(outcome)["faults"][0]["pointer"] == "/file"
+
+
+def test_an_import_that_takes_too_long_is_ended_by_its_own_bound() -> None:
+    code = "from service.compute import import_process as own; own.LONGEST_CPU = 1; own.set_bounds()\nwhile True: pass"
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run([sys.executable, "-P", "-c", code], env=environment, capture_output=True)
+    assert done.returncode == -signal.SIGXCPU
 
 
 def test_a_measurement() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -164,6 +165,20 @@ def test_it_ends_with_the_service(tmp_path: Path) -> None:
     assert process.poll() is not None
     preparation.begin()
     assert preparation._process is process, "none is started after the end"
+
+
+def test_a_process_that_is_killed_leaves_no_zombie(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    preparation = TexturePreparation(tmp_path)
+    preparation.begin()
+    process = preparation._process
+    assert process is not None
+    os.kill(process.pid, signal.SIGKILL)
+    until(lambda: not Path(f"/proc/{process.pid}").exists())
+    until(lambda: "ended with -9" in caplog.text)
+    preparation.begin()
+    assert preparation._process is not process, "the next import begins another one"
+    preparation.close()
+    preparation.finish()
 
 
 @pytest.mark.parametrize(("asked", "serves_only"), [("on", True), ("off", True), ("on", False)])

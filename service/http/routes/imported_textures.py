@@ -15,12 +15,14 @@ from starlette.responses import JSONResponse, Response
 
 from service.compute.import_process import NO_ROOM, Uploaded
 from service.http import openapi
+from service.http.chunked_answer import while_wanted
 from service.http.openapi_components import STORED_NAME
 from service.http.rate_limits import KEY
 from service.http.request_body import PATCH, read_body
 from service.http.request_form import FORM, Form, read_form
 from service.http.routes.textures import entry_document
 from service.lifespan import Service, service_of
+from service.operations.settings import Settings
 from service.problems import Problem, of, refused
 from service.store.store import ALLOWED_NAME, StoredTexture, StoreFull, check_name, name_from_file
 from synth.errors import CannotRender, NameTaken, SceneError, shown
@@ -80,17 +82,19 @@ class ExportParameters(BaseModel):
     responses=openapi.answer_of("ImportedTexture", "The texture, kept.", 201)
     | openapi.answer_of("ImportedTexture", "With ?dry_run=true: the report; nothing was kept.", 200)
     | openapi.problem_answers(
-        "too-large", "not-multipart", "request-refused", "name-taken", "store-full", "cannot-render", "closing"
+        *("too-large", "not-multipart", "request-refused", "name-taken", "store-full", "too-many-imports"),
+        *("cannot-render", "full", "closing"),
     ),
     openapi_extra={"requestBody": {"required": True, "content": {FORM: {"schema": IMPORT_BODY}}}},
 )
 async def import_texture(request: Request, parameters: Annotated[ImportParameters, Query()]) -> Response:
     """The body is a form with the file. The answer has the report and a picture; see docs/import.md."""
     service = service_of(request)
-    async with read_form(request, service.settings.max_import, "RIDGEWAVE_MAX_IMPORT") as form:
-        name = form.fields.pop("name", None) or name_from_file(form.file.filename or "")
-        check_name(name)
-        found = await _uploaded(service, form)
+    with service.uploads.begin(service.limits.caller(request.scope)) as upload:
+        async with read_form(request, *_largest(service.settings), upload.hold) as form:
+            name = form.fields.pop("name", None) or name_from_file(form.file.filename or "")
+            check_name(name)
+            found = await while_wanted(_uploaded(service, form, upload.client), request.receive)
     document: dict[str, Any] = {
         "name": name,
         "kept": not parameters.dry_run,
@@ -108,17 +112,29 @@ async def import_texture(request: Request, parameters: Annotated[ImportParameter
     return JSONResponse(document, 201, NO_STORE | {"Location": _path_of(name, service)})
 
 
-async def _uploaded(service: Service, form: Form) -> Uploaded:
-    """Return the surface of `form`, read in a process of its own. Raises CannotRender where its files have no room."""
+def _largest(settings: Settings) -> tuple[int, str]:
+    """Return the bytes of the largest body of an import, and the setting that gives them."""
+    if settings.import_bytes_per_client < settings.max_import:
+        return settings.import_bytes_per_client, "RIDGEWAVE_IMPORT_BYTES_PER_CLIENT"
+    return settings.max_import, "RIDGEWAVE_MAX_IMPORT"
+
+
+async def _uploaded(service: Service, form: Form, client: str) -> Uploaded:
+    """Return the surface of `form`, read in a process of its own. Raises CannotRender where its files have no room.
+
+    The file is copied when its turn comes. Until then only the form holds it, and then only the copy.
+    """
     try:
-        folder = tempfile.TemporaryDirectory(prefix="ridgewave-")
-        try:
-            upload = Path(folder.name) / "upload"
-            with upload.open("wb") as copy:
-                await asyncio.to_thread(shutil.copyfileobj, form.file.file, copy, 1 << 20)
-            return await service.imports.read(upload, form.file.filename or "", form.fields, upload.parent)
-        finally:
-            await asyncio.to_thread(folder.cleanup)  # deleting 128 MB takes 0.1 s
+        async with service.imports.turn(client):
+            folder = tempfile.TemporaryDirectory(prefix="ridgewave-")
+            try:
+                upload = Path(folder.name) / "upload"
+                with upload.open("wb") as copy:
+                    await asyncio.to_thread(shutil.copyfileobj, form.file.file, copy, 1 << 20)
+                await form.file.close()
+                return await service.imports.read(upload, form.file.filename or "", form.fields, upload.parent)
+            finally:
+                await asyncio.to_thread(folder.cleanup)  # deleting 128 MB takes 0.1 s
     except OSError as error:
         raise CannotRender(NO_ROOM) from error
 

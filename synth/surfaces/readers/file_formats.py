@@ -5,21 +5,23 @@ Model   The first bytes decide: signatures of NPY, TIFF and other images come fi
         text of another program does. Every other file is read by the package SurfaceTopography (the extra
         `surfaces`), if it knows the file. A file that nothing reads is named (`known_files`). The ending of the name
         decides only where contents cannot: between TIFF and microscopes that write TIFF, for example.
-Limits  The size of the file is checked before it is opened. A damaged file always raises InvalidRequest.
+Limits  The size of the file is checked before it is opened. A damaged file always raises InvalidRequest, whatever its
+        reader raises: the parsers of NumPy, Pillow, tifffile, h5py, SciPy and zipfile each have errors of their own.
+        The cause of the InvalidRequest is that error, for a log. A library that crashes ends the process (`service`
+        reads files in one of their own).
 """
 
 from __future__ import annotations
 
-import struct
-import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from tokenize import TokenError
+from typing import NoReturn
 
 from synth.errors import RidgewaveError
 from synth.surfaces.readers import npy, picture, surfer_grid, text, tiff, topography_package
 from synth.surfaces.readers.surface_file import LARGEST_FILE, SurfaceFile, check_numbers, check_shape, refuse_file
+from synth.surfaces.readers.zip_directory import check_directory
 
 HEAD_BYTES = 4096  # read to recognise the format; the header of a text file can be longer than a signature
 
@@ -48,13 +50,6 @@ FORMATS = (
 )
 """Every format, in the order in which they are tried; the last one fits every file."""
 
-DAMAGED = (
-    *(ValueError, OSError, EOFError, SyntaxError, KeyError, IndexError, TypeError, OverflowError, ArithmeticError),
-    *(struct.error, zlib.error, MemoryError, TokenError, RecursionError, AttributeError, RuntimeError, AssertionError),
-)
-"""What readers raise for damaged files. NumPy parses the header of an NPY file as Python, Pillow raises SyntaxError for
-a broken PNG, and tifffile what its code meets in tags of the wrong kind."""
-
 
 def read_surface_file(path: Path, ending: str | None = None) -> SurfaceFile:
     """Return the contents of the file at `path`.
@@ -72,6 +67,7 @@ def read_surface_file(path: Path, ending: str | None = None) -> SurfaceFile:
         refuse_file(f"{size} bytes", f"at most {LARGEST_FILE} bytes", "Crop it, or keep every second point.")
     if not size:
         refuse_file("an empty file", "a file of heights", "Save the surface again.")
+    check_directory(path)
     with path.open("rb") as file:
         head = file.read(HEAD_BYTES)
     found = next(one for one in FORMATS if one.fits(head, ending))
@@ -79,8 +75,20 @@ def read_surface_file(path: Path, ending: str | None = None) -> SurfaceFile:
         contents = found.read(path, ending)
     except RidgewaveError:
         raise
-    except DAMAGED as error:
-        refuse_file(f"a damaged {found.name} file", "a whole file", "Save or copy it again.", error)
+    except Exception as error:
+        _refuse_damaged(found, head, ending, error)
     check_shape(contents.heights.shape)
     check_numbers(contents.heights, "a height")
+    if contents.positions is not None:
+        check_numbers(contents.positions, "an x")
     return contents
+
+
+def _refuse_damaged(found: FileFormat, head: bytes, ending: str, error: Exception) -> NoReturn:
+    """Raise InvalidRequest for a file on which the reader of the format `found` raised `error`."""
+    of_package = found is FORMATS[-1]
+    what = f"{topography_package.what(head, ending)}, damaged" if of_package else f"a damaged {found.name} file"
+    if isinstance(error, MemoryError):  # also of a parser of text that nests too deep
+        hint = "Save or copy it again. If it is whole, crop the surface."
+        refuse_file(f"{what}, or one that needs too much memory", "a whole file of a smaller surface", hint, error)
+    refuse_file(what, "a whole file", "Save or copy it again.", error)

@@ -196,11 +196,13 @@ def _header(file: TextIO) -> tuple[list[str], list[str]]:
     header: list[str] = []
     missing: list[str] = []
     for line in file:
+        if not line.strip():
+            continue
         if is_numbers(line):
             return header, [*missing, line]
         if is_missing(line):
             missing.append(line)
-        elif line.strip():
+        else:
             header += [*missing, line[:LONGEST_HEADER].strip("\r\n\ufeff ")]
             missing = []
         if len(header) > MOST_HEADER:

@@ -71,6 +71,9 @@ BY_NAME = {
     ".ibw": "a file of Igor",
     ".hgt": "a file of SRTM",
 }
+ZIP, PACKED = b"PK\x03\x04", "a packed file (ZIP)"
+IN_ZIP_ONLY = (".x3p", ".plux", ".qep", ".poir")  # of these names, any other contents are of another format
+PARTS_IN_ZIP = ("main.xml", ".prf", ".oir", ".dsc")  # of X3P, Mahr, Olympus and a nanomeasuring machine
 HDF5 = b"\x89HDF"
 ARRAYS = ("h5", "mat")  # formats of arrays alone, which are read as NPY is: rows along y
 ATTRIBUTES = (
@@ -104,10 +107,10 @@ def read(path: Path, ending: str) -> SurfaceFile:
     try:
         from SurfaceTopography.IO import MagicMatch, readers
     except ImportError as error:
-        if (found := known(head, ending, path)) and not may_be_read(found[0]):
+        if not _needs_package(head, ending, path):
             refuse_unknown(head, ending, path)
         raise CannotRender(
-            f"This is {_what(head, ending, path)}, which the package SurfaceTopography may read. It is not installed: "
+            f"This is {what(head, ending)}, which the package SurfaceTopography may read. It is not installed: "
             f"{INSTALL}. Without it, text, NPY and images can be read."
         ) from error
     _check_unpacked(path)
@@ -152,12 +155,31 @@ def _source(path: Path, head: bytes) -> Any:
     return io.BytesIO(head[:1] + b"ISO" + path.read_bytes()[4:])
 
 
-def _what(head: bytes, ending: str, path: Path) -> str:
+def what(head: bytes, ending: str) -> str:
     """Return what a file is that the package may read, by its first bytes, else by its name."""
+    found = known(head, ending, None)
+    return _instrument(head, ending) or (found[0] if found else "a file of no known format")
+
+
+def _instrument(head: bytes, ending: str) -> str | None:
+    """Return the format of an instrument, by the first bytes of the file, else by its name; None for any other."""
     signed = next((what for place, begin, what in INSTRUMENTS if head[place : place + len(begin)] == begin), None)
-    of_name = BY_NAME.get(ending)
+    return signed or (None if ending in IN_ZIP_ONLY and not head.startswith(ZIP) else BY_NAME.get(ending))
+
+
+def _needs_package(head: bytes, ending: str, path: Path) -> bool:
+    """Return whether the package may read the file, by all that is known without it. Raises BadZipFile."""
     found = known(head, ending, path)
-    return signed or of_name or (found[0] if found else "a file of no known format")
+    if found is not None and found[0] != PACKED:
+        return may_be_read(found[0])
+    holds = found is not None and _holds_surface(path)
+    return holds or _instrument(head, ending) is not None
+
+
+def _holds_surface(path: Path) -> bool:
+    """Return whether a ZIP file has a part of a surface, whatever its own name is. Raises BadZipFile."""
+    with zipfile.ZipFile(path) as packed:
+        return any(name.endswith(PARTS_IN_ZIP) for name in packed.namelist())
 
 
 def may_be_read(what: str) -> bool:

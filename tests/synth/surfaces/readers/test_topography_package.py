@@ -15,6 +15,7 @@ from synth.errors import CannotRender, InvalidRequest
 from synth.surfaces.measurement.import_options import ImportOptions, read_options
 from synth.surfaces.measurement.importing import import_surface
 from synth.surfaces.readers.file_formats import read_surface_file
+from tests.synth.surfaces.readers.bad_files import zip_of
 from tests.synth.surfaces.readers.package_comparison import values_of_import, values_of_package, worst_difference
 
 GRID = np.random.default_rng(5).normal(size=(12, 17))  # rows along y
@@ -24,7 +25,8 @@ GRID = np.random.default_rng(5).normal(size=(12, 17))  # rows along y
     ("name", "begin", "what"),
     [
         ("scan.dat", b"DIGITAL SURF", "a SUR file of Digital Surf"),
-        ("scan.x3p", b"PK\x03\x04", "an X3P file"),
+        ("scan.qep", zip_of("Kontur1.prf", b"1"), "a file of Mahr"),
+        ("scan.zip", zip_of("main.xml", b"<a/>"), "a packed file"),
         ("scan.bin", b"\x01\0Directory", "an OPD file of Wyko"),
         ("scan.nc", b"CDF\x01", "NetCDF"),
         ("scan.000", b"\\*File list\r\n", "Bruker"),
@@ -36,19 +38,30 @@ def test_without_the_package_the_message_says_what_the_file_is_and_what_to_insta
 ) -> None:
     monkeypatch.setitem(sys.modules, "SurfaceTopography.IO", None)
     path = tmp_path / name
-    path.write_bytes(begin + bytes(600))
+    path.write_bytes(begin if begin.startswith(b"PK") else begin + bytes(600))
     with pytest.raises(CannotRender, match=r"pip install 'ridgewave\[surfaces\]'") as refused:
         read_surface_file(path)
     assert what in refused.value.reason
 
 
+@pytest.mark.parametrize(
+    ("name", "content", "what"),
+    [
+        ("scan.any", b"\x76\x2f\x31\x01" + bytes(600), "OpenEXR"),
+        ("scan.any", bytes(range(256)) * 3, "no known format"),
+        ("scan", bytes(600), "no known format"),
+        ("scan.x3p", bytes(range(256)) * 3, "no known format"),
+        ("maps.zip", zip_of("map.png", b"1"), r"a packed file \(ZIP\)"),
+        ("scan.x3p", zip_of("main.xml", b"<a/>")[:-30], "an X3P file .*, damaged"),
+    ],
+)
 def test_without_the_package_a_file_that_nothing_reads_is_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    name: str, content: bytes, what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "SurfaceTopography.IO", None)
-    path = tmp_path / "scan.any"
-    path.write_bytes(b"\x76\x2f\x31\x01" + bytes(600))
-    with pytest.raises(InvalidRequest, match="OpenEXR"):
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(InvalidRequest, match=what):
         read_surface_file(path)
 
 
