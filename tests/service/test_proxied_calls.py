@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import threading
 from collections.abc import Iterator
@@ -91,14 +92,16 @@ class Front:
 
 
 @contextmanager
-def front(folder: Path, names: str, configuration: Path, **settings: str) -> Iterator[Front]:
+def front(
+    folder: Path, names: str, configuration: Path, module: str = "tests.service.serve_plain", **settings: str
+) -> Iterator[Front]:
     """Yield an nginx in front of nodes of these names, one letter each."""
     with ExitStack() as stack:
         nodes = []
         for name in names:
             (folder / name).mkdir(parents=True)
             variables = {"RIDGEWAVE_NODE": name, "RIDGEWAVE_DATA_FOLDER": str(folder / "data"), **settings}
-            nodes.append(Child("tests.service.serve_plain", folder / name, **variables))
+            nodes.append(Child(module, folder / name, **variables))
             stack.callback(nodes[-1].end)
         ports = [httpx.URL(node.url()).port or 0 for node in nodes]
         (folder / "nginx").mkdir()
@@ -165,6 +168,25 @@ def test_every_call_passes_nginx_in_front_of_two_nodes(two: Front) -> None:
 def test_every_call_passes_while_one_of_two_nodes_hangs(two: Front, node: int) -> None:
     with two.hanging(node):
         passes_every_call(two)
+
+
+def workers_of(service: Child) -> list[int]:
+    """Return the processes of the workers of `service`."""
+    children = Path(f"/proc/{service.process.pid}/task/{service.process.pid}/children").read_text().split()
+    return [int(child) for child in children if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()]
+
+
+def test_every_call_passes_while_one_of_two_workers_hangs(tmp_path: Path) -> None:
+    settings = {"RIDGEWAVE_WORKERS": "2"}
+    with front(tmp_path, "a", CONFIGURATION, "tests.service.serve_brisk_workers", **settings) as made:
+        until(lambda: made.client.get("/healthz").json()["workers"] == 2)
+        hung = workers_of(made.nodes[0])[0]
+        os.kill(hung, signal.SIGSTOP)
+        try:
+            passes_every_call(made)
+            assert made.client.post("/v1/stop").json()["unanswered_workers"] == 1
+        finally:
+            os.kill(hung, signal.SIGCONT)
 
 
 def test_a_table_is_found_whichever_node_made_it(two: Front) -> None:
