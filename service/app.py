@@ -42,7 +42,7 @@ from service.http.routes import (
     tables,
     textures,
 )
-from service.http.security import Bouncer, KeyCheck
+from service.http.security import Bouncer, KeyCheck, Keys
 from service.lifespan import Service, lifespan, service_of
 from service.operations.logs import Subjects
 from service.operations.settings import Settings
@@ -100,9 +100,12 @@ def _layers(settings: Settings, limits: Limits) -> list[Middleware]:
             expose_headers=EXPOSED,
         )
         layers.append(cross_origin)
-    by_address, by_key = (Middleware(RateLimit, limits=limits, by_key=by_key) for by_key in (False, True))
+    keys = Keys(settings)
+    by_address, by_key = (
+        Middleware(RateLimit, limits=limits, admits=keys.admit, by_key=by_key) for by_key in (False, True)
+    )
     inner = [Middleware(HeadAsGet, methods=_methods), Middleware(Compression)]
-    return [*layers, by_address, Middleware(KeyCheck, settings=settings), by_key, *inner]
+    return [*layers, by_address, Middleware(KeyCheck, settings=settings, keys=keys), by_key, *inner]
 
 
 async def _answer(request: Request, error: Exception) -> Response:

@@ -6,6 +6,7 @@ opening a voice solves a contact response, which takes milliseconds to seconds.
 
 from __future__ import annotations
 
+import json
 import threading
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -144,11 +145,16 @@ class Limiter(Protocol):
 
 @dataclass(frozen=True)
 class TableFile:
-    """The file of a response table. document: the JSON document of `POST /v1/tables` without hash, url and bytes."""
+    """The file of a response table.
+
+    document: the JSON document of `POST /v1/tables` without hash, url and bytes.
+    surface: address of the imported surface in its scene, None if it has none.
+    """
 
     hash: str
     content: bytes
     document: dict[str, Any]
+    surface: str | None = None
 
     @property
     def memory_bytes(self) -> int:
@@ -352,4 +358,5 @@ def file_of_table(table: ResponseTable) -> TableFile:
         "harmonics": table.harmonics,
         "error": {name: table.error.largest_reported(name) for name in QUANTITIES},
     }
-    return TableFile(table.hash, table_bytes(table), document)
+    surface = json.loads(table.scene).get("texture", {}).get("surface")
+    return TableFile(table.hash, table_bytes(table), document, surface)

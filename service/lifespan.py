@@ -75,6 +75,7 @@ class Service:
         self.limits = Limits(settings)
         self.health = Health(settings)
         self.textures = OwnedTextures(settings)
+        self.textures.adopt()
         add_source(self.textures.store.surface)
         self.worker_messages = WorkerMessages(
             folder, {"stop": self.stop_here, "metrics": lambda: self.worker_metrics.write()}

@@ -49,7 +49,7 @@ _ROWS = (
         "Unsupported protocol",
         "The WebSocket offers neither the subprotocol ridgewave.v2 nor ridgewave.v1.",
     ),
-    ("key-required", 401, "A key is required", "RIDGEWAVE_API_KEYS is set and the request has no such Bearer token."),
+    ("key-required", 401, "A key is required", "Keys are set, and the request has none of them as its Bearer token."),
     ("host-refused", 403, "Host not allowed", "The Host header is not in RIDGEWAVE_ALLOWED_HOSTS."),
     ("origin-refused", 403, "Origin not allowed", "A write came from a web page of another origin."),
     (

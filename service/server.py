@@ -75,7 +75,7 @@ def run(settings: Settings, engine: Engine | None = None, *, worker: str = WORKE
 
 def require_key(settings: Settings) -> None:
     """Raise SettingsError where the address is beyond loopback and no key is set. A Unix socket is on this machine."""
-    if settings.api_keys or settings.uds or all(_is_loopback(address) for address in _addresses(settings.host)):
+    if settings.requires_key or settings.uds or all(_is_loopback(address) for address in _addresses(settings.host)):
         return
     hint = "Set RIDGEWAVE_API_KEYS, or listen on 127.0.0.1."
     raise SettingsError(

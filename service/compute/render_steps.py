@@ -145,7 +145,7 @@ def work(engine: Engine, order: Order, body: bytes, store: Store) -> Iterator[Me
     """
 
     def scene_of(document: object) -> Scene:
-        return parse_scene(store.named(document, order.owner))
+        return parse_scene(store.owned(document, order.owner))
 
     if order.kind == "render":
         yield from _rendered(engine, order, lambda: scene_of(object_from_text(body)))

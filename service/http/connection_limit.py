@@ -3,8 +3,8 @@
 Model: a process has RLIMIT_NOFILE descriptors. Some of them are kept for files, devices, and connections that arrive in
     the same turn of the event loop. When the others are used up, the oldest connections without a complete request are
     closed: first those without a complete head, then those without a complete body. If every connection has sent a
-    complete request (streams), new requests get 503, except for `UNLIMITED_PATHS`: those are served on the KEPT newest
-    connections.
+    complete request (streams), new requests get 503, except for stops with a right key and for probes: those are
+    served on the KEPT newest connections.
 Limits: a process with more than OTHERS open files and devices may still run out of descriptors.
 """
 

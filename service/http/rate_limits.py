@@ -25,9 +25,10 @@ from service.operations.settings import Settings
 from service.problems import Problem
 
 CALLERS = 10_000  # buckets, 2 MB; with fewer, a flood from many addresses makes a busy caller's bucket full sooner
-UNLIMITED_PATHS = frozenset({"/v1/stop", "/healthz", "/readyz"})  # a stop is never refused for its rate
+PROBES = frozenset({"/healthz", "/readyz"})  # they require no key and are never refused for their rate
+STOP = "/v1/stop"  # likewise, with a right key: wrong keys are counted as on every other path
 ROUNDING = 1e-9  # tokens; without it, rounding may refuse a caller that waits exactly for Retry-After
-KEY = "ridgewave.key"  # in a scope: the number of the key of the request, set by KeyCheck
+KEY = "ridgewave.key"  # in a scope: the number of the owner of the request's key, set by KeyCheck
 
 Address = ipaddress.IPv4Address | ipaddress.IPv6Address
 
@@ -143,14 +144,16 @@ class Limits:
 class RateLimit:
     """A layer that counts requests and WebSockets: by address before the check of keys, by key after it."""
 
-    def __init__(self, app: ASGIApp, limits: Limits, *, by_key: bool) -> None:
+    def __init__(self, app: ASGIApp, limits: Limits, admits: Callable[[Scope], bool], *, by_key: bool) -> None:
+        """Make the layer. admits: returns whether a request has a right key, or needs none."""
         self._app = app
         self._limits = limits
+        self._admits = admits
         self._by_key = by_key
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Count a request and pass it on; raises Problem, which `Bouncer` answers."""
-        if scope["type"] in ("http", "websocket") and scope["path"] not in UNLIMITED_PATHS:
+        if scope["type"] in ("http", "websocket") and not self._is_unlimited(scope):
             if not self._by_key:
                 room = room_of(scope)
                 if room is not None:
@@ -159,6 +162,11 @@ class RateLimit:
             elif KEY in scope:
                 self._limits.take_request(f"key {scope[KEY]}")
         await self._app(scope, receive, send)
+
+    def _is_unlimited(self, scope: Scope) -> bool:
+        if scope["type"] != "http":
+            return False
+        return scope["path"] in PROBES or (scope["path"] == STOP and scope["method"] == "POST" and self._admits(scope))
 
 
 def _parsed(text: str) -> Address | None:

@@ -4,7 +4,7 @@ Two ASGI layers, the outer one first:
     Bouncer   refuses a Host that is not allowed (DNS rebinding: a foreign name that resolves to this machine), and a
               write or a WebSocket from a web page of another origin. Adds headers. Answers internal errors by a 500,
               and requests that a shutdown cancels by a 503.
-    KeyCheck  requires a Bearer key if RIDGEWAVE_API_KEYS is set. A WebSocket may offer its key as a subprotocol,
+    KeyCheck  requires a Bearer key if the settings have keys. A WebSocket may offer its key as a subprotocol,
               `ridgewave.key.` and the key in base64url. Keys are compared in constant time, and never echoed or logged.
 CORS stands between the two, because a preflight request carries no key.
 Limits: without keys, any program on this machine may call the service: the checks keep web pages out, not programs.
@@ -23,6 +23,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.http.rate_limits import KEY
 from service.operations.logs import request_line
+from service.operations.owners import owners, owners_of_keys
 from service.operations.settings import Settings
 from service.problems import Problem
 
@@ -38,6 +39,7 @@ HEADERS = (
     (b"x-content-type-options", b"nosniff"),
     (b"cross-origin-resource-policy", b"same-origin"),
     (b"referrer-policy", b"no-referrer"),
+    (b"cache-control", b"no-store"),
 )
 
 
@@ -117,12 +119,39 @@ class Bouncer:
             raise Problem("origin-refused", "Pages of another origin may not do this. See RIDGEWAVE_ALLOWED_ORIGINS.")
 
 
+class Keys:
+    """The keys of the settings, and their owners."""
+
+    def __init__(self, settings: Settings) -> None:
+        known, numbers = owners_of_keys(settings), owners(settings)
+        self._keys = tuple(key.encode("ascii") for key in known)
+        self._numbers = tuple(numbers.index(owner) for owner in known.values())
+        self.required = settings.requires_key
+
+    def owner(self, scope: Scope) -> int | None:
+        """Return the number of the owner of the key in `scope`; None if it has no right key.
+
+        Raises Problem if there are several Authorization headers.
+        """
+        scheme, _, token = (header(scope, b"authorization") or "").partition(" ")
+        given = token.strip().encode("latin-1") if scheme.lower() == "bearer" else _offered_key(scope)
+        matches = [hmac.compare_digest(given, key) for key in self._keys]  # compares all keys, for constant time
+        return self._numbers[matches.index(True)] if any(matches) else None
+
+    def admit(self, scope: Scope) -> bool:
+        """Return whether `scope` has a right key, or none is required."""
+        try:
+            return not self.required or self.owner(scope) is not None
+        except Problem:  # `KeyCheck` will refuse it
+            return False
+
+
 class KeyCheck:
     """Passes requests that carry one of the keys, and requests of open paths and files of the page."""
 
-    def __init__(self, app: ASGIApp, settings: Settings) -> None:
+    def __init__(self, app: ASGIApp, settings: Settings, keys: Keys) -> None:
         self._app = app
-        self._keys = tuple(key.encode("ascii") for key in settings.api_keys)
+        self._keys = keys
         self._open = OPEN_PATHS | {settings.root_path or "/"}  # with RIDGEWAVE_ROOT_PATH, the redirect to its page
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -135,14 +164,12 @@ class KeyCheck:
         await self._app(scope, receive, send)
 
     def _may_pass(self, scope: Scope) -> bool:
-        if not self._keys or scope["path"] in self._open or scope["path"].startswith(OPEN_FOLDER):
+        if not self._keys.required or scope["path"] in self._open or scope["path"].startswith(OPEN_FOLDER):
             return True
-        scheme, _, token = (header(scope, b"authorization") or "").partition(" ")
-        given = token.strip().encode("latin-1") if scheme.lower() == "bearer" else _offered_key(scope)
-        matches = [hmac.compare_digest(given, key) for key in self._keys]  # compares all keys, for constant time
-        if not any(matches):
+        owner = self._keys.owner(scope)
+        if owner is None:
             return False
-        scope[KEY] = matches.index(True)  # the number of the key, for the limits
+        scope[KEY] = owner
         return True
 
 

@@ -20,7 +20,11 @@ from service.unix_socket import LONGEST_PATH
 from synth.errors import Fault, InvalidRequest, shown
 
 PREFIX = "RIDGEWAVE_"
+OWNER_NAME = r"[a-z0-9][a-z0-9-]{0,31}"  # no colon: it ends the name
 NODE_NAME = r"[A-Za-z0-9_-]{1,32}"  # no dot: in a session's id a dot ends the node's name
+
+
+NOT_SHOWN = "(not shown)"  # in place of a key
 
 
 class SettingsError(InvalidRequest):
@@ -103,6 +107,7 @@ def _socket_path(text: str) -> str:
 
 
 _HOST = r"[A-Za-z0-9._-]+|\[[0-9A-Fa-f:.]+\]"
+_KEY = r"[\x21-\x2b\x2d-\x7e]{1,256}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,9 +147,15 @@ class Settings:
     )
     api_keys: tuple[str, ...] = _setting(
         (),
-        _listed(r"[\x21-\x2b\x2d-\x7e]{1,256}"),
+        _listed(_KEY),
         "keys of 1 to 256 visible ASCII characters, separated by commas",
         "The keys of callers. Each request must carry one as a Bearer token. If empty, no key is required.",
+    )
+    owner_keys: tuple[str, ...] = _setting(
+        (),
+        _listed(rf"{OWNER_NAME}:{_KEY}"),
+        "pairs OWNER:KEY, separated by commas; an owner is 1 to 32 small letters, digits and -; a key is as above",
+        "Keys of owners with names, beside the keys above. An owner may have several keys, and keeps its textures.",
     )
     allowed_hosts: tuple[str, ...] = _setting(
         ("localhost", "127.0.0.1", "[::1]"),
@@ -357,6 +368,11 @@ class Settings:
         "text", _matching("text|json"), "text or json", "Write each event as a plain line, or as a JSON object."
     )
 
+    @property
+    def requires_key(self) -> bool:
+        """Whether a request must carry a key."""
+        return bool(self.api_keys or self.owner_keys)
+
 
 def variable(name: str) -> str:
     """Return the environment variable of the field `name`."""
@@ -402,7 +418,7 @@ def as_environment(settings: Settings) -> dict[str, str]:
 
 
 def _fault(entry: Field[Any], text: str, hint: str = "") -> Fault:
-    value = "(not shown)" if entry.name == "api_keys" else shown(text)
+    value = NOT_SHOWN if entry.name in ("api_keys", "owner_keys") else shown(text)
     hint = hint or f"Leave {variable(entry.name)} unset for {default_text(entry)}."
     return Fault(variable(entry.name), value, entry.metadata["allowed"], hint)
 
@@ -414,7 +430,13 @@ def default_text(entry: Field[Any]) -> str:
 
 def _contradictions(settings: Settings) -> list[Fault]:
     """Return faults in the combination of valid settings."""
-    if "*" in settings.allowed_hosts and not settings.api_keys:
+    faults = []
+    if "*" in settings.allowed_hosts and not settings.requires_key:
         hint = "Name the hosts, or set RIDGEWAVE_API_KEYS."
-        return [Fault(variable("allowed_hosts"), "'*'", "* only together with RIDGEWAVE_API_KEYS", hint)]
-    return []
+        faults.append(Fault(variable("allowed_hosts"), "'*'", "* only together with RIDGEWAVE_API_KEYS", hint))
+    pairs = set(settings.owner_keys)
+    keys = [pair.partition(":")[2] for pair in pairs] + list(set(settings.api_keys))
+    if len(set(keys)) < len(keys):
+        hint = "Write each key once, for one owner; remove from RIDGEWAVE_API_KEYS a key that has a name here."
+        faults.append(Fault(variable("owner_keys"), NOT_SHOWN, "keys of one owner each", hint))
+    return faults

@@ -6,8 +6,7 @@ Model: one SQLite database, textures.sqlite, in the data folder. A surface is st
     opened for each call: threads and forked processes share none. In WAL mode a reader makes small files beside the
     database. Where it cannot, on a full or read-only disk, the file of the database alone is read.
 Source: SQLite, Atomic Commit In SQLite; Write-Ahead Logging.
-Limits: WAL needs a local disk, not a network share. A call waits up to BUSY_SECONDS for another writer. An address is
-    the hash of its content: whoever knows it can use the surface in a scene, also with another key.
+Limits: WAL needs a local disk, not a network share. A call waits up to BUSY_SECONDS for another writer.
 """
 
 from __future__ import annotations
@@ -19,6 +18,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -208,6 +208,35 @@ class Store:
             database.execute("UPDATE textures SET name = ? WHERE owner = ? AND name = ?", (new, owner, name))
             return _row(database, owner, new)
 
+    def adopt(self, former: str, owner: str) -> int:
+        """Give the textures of `former` to `owner`; return their number. Without any, nothing is written.
+
+        A texture whose name `owner` has for another surface gets a number after its name.
+        """
+        if not self.textures(former):
+            return 0
+        with self._writing() as database:
+            rows = database.execute("SELECT name, address FROM textures WHERE owner = ?", (former,)).fetchall()
+            for name, address in rows:
+                known = _row(database, owner, name)
+                if known is not None and known.address == address:
+                    database.execute("DELETE FROM textures WHERE owner = ? AND name = ?", (former, name))
+                    continue
+                free = next(
+                    new
+                    for new in _numbered(name)
+                    if _row(database, owner, new) is None and (new == name or _row(database, former, new) is None)
+                )
+                change = "UPDATE textures SET owner = ?, name = ? WHERE owner = ? AND name = ?"
+                database.execute(change, (owner, free, former, name))
+        return len(rows)
+
+    def has(self, owner: str, address: str) -> bool:
+        """Return whether a texture of `owner` has the surface with `address`."""
+        with self._reading() as database:
+            query = "SELECT 1 FROM textures WHERE owner = ? AND address = ?"
+            return database.execute(query, (owner, address)).fetchone() is not None
+
     def delete(self, owner: str, name: str) -> bool:
         """Delete the texture `name` of `owner`, and its surface unless another texture has it; return if it existed."""
         with self._writing() as database:
@@ -235,6 +264,18 @@ class Store:
             return document
         given = {field: value for field, value in texture.items() if field != "kind"}
         return {**document, "texture": {**found.texture, **given}}
+
+    def owned(self, document: Any, owner: str) -> Any:
+        """Return what `named` does. Raises SceneError too if `owner` has no texture with the surface of `document`.
+
+        An address that nobody has is refused in the same words, so that nobody can find out which addresses exist.
+        """
+        texture = document.get("texture") if isinstance(document, Mapping) else None
+        address = texture.get("surface") if isinstance(texture, Mapping) else None
+        if isinstance(address, str) and not self.has(owner, address):
+            allowed = "the address of a surface that you have imported here"
+            raise SceneError([Fault("/texture/surface", shown(address), allowed, "Import its file here first.")])
+        return self.named(document, owner)
 
     def entry(self, owner: str, name: str) -> CatalogueEntry | StoredTexture:
         """Return the texture `name` of the catalogue or of `owner`; raises SceneError with the nearest name."""
@@ -385,6 +426,15 @@ def check_name(name: str) -> None:
     if _is_built_in(name):
         allowed = "a name that is no kind of texture and not in the catalogue"
         raise InvalidRequest([Fault("/name", shown(name), allowed, f"Write another, such as my-{name}.")])
+
+
+def _numbered(name: str) -> Iterator[str]:
+    """Yield `name`, then the same with -2, -3 and so on; no name that is built in."""
+    yield name
+    for number in count(2):
+        made = f"{name[:50]}-{number}"
+        if not _is_built_in(made):
+            yield made
 
 
 def name_from_file(file: str) -> str:

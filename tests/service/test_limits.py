@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import Any
 
 import pytest
@@ -12,6 +13,7 @@ from service.http.rate_limits import CALLERS, KEY, Limits, TokenBucket
 from service.problems import Problem
 from tests.service.harness import ask, problem, serving, settings_of, until
 from tests.service.plain_engine import PlainEngine
+from tests.service.test_security import WRITES
 
 
 class Clock:
@@ -125,6 +127,14 @@ def test_a_flood_of_addresses_does_not_fill_the_memory() -> None:
 
 
 @pytest.fixture
+def keyed() -> Any:
+    made = create_app(settings_of(api_keys="a,b", request_burst=3, requests_per_second=0.1), PlainEngine())
+    made.state.service.limits._now = Clock()
+    yield made
+    made.state.service.finish()
+
+
+@pytest.fixture
 def slow_app() -> Any:
     made = create_app(settings_of(request_burst=3, requests_per_second=0.1), PlainEngine())
     yield made
@@ -160,6 +170,64 @@ def test_wrong_keys_are_counted_by_address_and_right_keys_by_key() -> None:
     assert [status("a", f"192.0.2.{number}") for number in range(4)] == [200] * 3 + [429]
     assert status("b", "192.0.2.200") == 200
     app.state.service.finish()
+
+
+def offered(app: FastAPI, path: str, *headers: tuple[bytes, bytes]) -> str:
+    """Return the kind of problem with which a WebSocket is refused."""
+    sent: list[Any] = []
+
+    async def send(message: Any) -> None:
+        sent.append(message)
+
+    async def receive() -> Any:
+        return {"type": "websocket.connect"}
+
+    scope = {"type": "websocket", "path": path, "query_string": b"", "headers": [(b"host", b"localhost"), *headers]}
+    asyncio.run(app(scope | {"client": ("127.0.0.1", 1)}, receive, send))
+    return str(sent[0]["reason"])
+
+
+WRONG = {"Authorization": "Bearer guess"}
+TRIES = {
+    **{f"{method} {path}": (method, path) for method, path in WRITES},
+    **{f"{method} /v1/stop": (method, "/v1/stop") for method in ("GET", "HEAD", "PATCH", "DELETE", "OPTIONS")},
+    **{f"GET {path}": ("GET", path) for path in ("/v1/textures", "/v1/stop/", "//v1/stop", "/metrics", "/nothing")},
+}
+
+
+@pytest.mark.parametrize("name", TRIES)
+def test_wrong_keys_are_limited_alike_on_every_path_and_method(keyed: FastAPI, name: str) -> None:
+    method, path = TRIES[name]
+    answers = [ask(keyed, method, path.format(id="x"), headers=WRONG) for _ in range(6)]
+    assert [answer.status_code for answer in answers] == [401] * 3 + [429] * 3
+    assert "retry-after" in answers[3].headers
+
+
+@pytest.mark.parametrize("path", ["/v1/live", "/v1/stop", "/healthz"])
+def test_wrong_keys_of_websockets_are_limited_alike(keyed: FastAPI, path: str) -> None:
+    wrong = (b"authorization", b"Bearer guess")
+    kinds = [offered(keyed, path, wrong) for _ in range(6)]
+    assert kinds[3:] == ["rate-limited"] * 3
+    assert path == "/healthz" or kinds[:3] == ["key-required"] * 3
+
+
+def test_the_attempts_of_all_paths_count_together(keyed: FastAPI) -> None:
+    assert offered(keyed, "/v1/live", (b"authorization", b"Bearer guess")) == "key-required"
+    tries = [("POST", "/v1/stop"), ("GET", "/v1/stop"), ("GET", "/v1/textures"), ("POST", "/v1/stop")]
+    statuses = [ask(keyed, method, path, headers=WRONG).status_code for method, path in tries]
+    assert statuses == [401, 401, 429, 429]
+    twice = [("Authorization", "Bearer a"), ("Authorization", "Bearer b")]
+    assert ask(keyed, "POST", "/v1/stop", headers=twice).status_code == 429
+
+
+def test_a_right_key_stops_while_its_address_is_limited_for_wrong_ones(keyed: FastAPI) -> None:
+    right = {"Authorization": "Bearer a"}
+    for _ in range(20):
+        ask(keyed, "POST", "/v1/stop", headers=WRONG)
+        assert ask(keyed, "POST", "/v1/stop", headers=right).status_code == 200
+    for method, path in (("GET", "/v1/stop"), ("GET", "/v1/textures"), ("POST", "/v1/explain")):
+        assert ask(keyed, method, path, headers=right, json={}).status_code == 429, "a stop alone is exempt"
+    problem(ask(keyed, "POST", "/v1/stop", headers=right, json={"x": "x" * (1 << 20)}), 413, "too-large")
 
 
 def test_a_reader_that_leaves_and_a_play_that_ends_release_their_places(tmp_path: Any) -> None:

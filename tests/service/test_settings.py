@@ -17,6 +17,11 @@ BAD = [
     ("api_keys", "one,two three"),
     ("api_keys", "schlüssel"),
     ("api_keys", 257 * "k"),
+    ("owner_keys", "lab"),
+    ("owner_keys", "lab:"),
+    ("owner_keys", "Lab:key"),
+    ("owner_keys", 33 * "l" + ":key"),
+    ("owner_keys", "lab:one,other:one"),
     ("allowed_hosts", "http://x"),
     ("allowed_hosts", "x:80"),
     ("allowed_origins", "lab.example"),
@@ -98,9 +103,15 @@ def test_every_setting_that_can_be_wrong_is_tried() -> None:
 
 
 def test_a_key_is_never_shown() -> None:
-    with pytest.raises(SettingsError) as refused:
-        read_settings({"RIDGEWAVE_API_KEYS": "very secret"})
-    assert "secret" not in str(refused.value)
+    for variables in (
+        {"RIDGEWAVE_API_KEYS": "very secret"},
+        {"RIDGEWAVE_OWNER_KEYS": "very secret"},
+        {"RIDGEWAVE_OWNER_KEYS": "lab:secret,other:secret"},
+        {"RIDGEWAVE_OWNER_KEYS": "lab:secret", "RIDGEWAVE_API_KEYS": "secret"},
+    ):
+        with pytest.raises(SettingsError) as refused:
+            read_settings(variables)
+        assert "secret" not in str(refused.value)
 
 
 def test_all_faults_are_told_at_once() -> None:
@@ -126,6 +137,7 @@ def test_every_host_needs_a_key() -> None:
     with pytest.raises(SettingsError):
         read_settings({"RIDGEWAVE_ALLOWED_HOSTS": "*"})
     assert read_settings({"RIDGEWAVE_ALLOWED_HOSTS": "*", "RIDGEWAVE_API_KEYS": "k"}).allowed_hosts == ("*",)
+    assert read_settings({"RIDGEWAVE_ALLOWED_HOSTS": "*", "RIDGEWAVE_OWNER_KEYS": "lab:k"}).requires_key
 
 
 def test_an_option_wins_over_the_environment_and_none_does_not() -> None:
@@ -138,6 +150,7 @@ def test_an_option_wins_over_the_environment_and_none_does_not() -> None:
 def test_workers_read_back_what_the_parent_was_told() -> None:
     environment = {
         "RIDGEWAVE_API_KEYS": "a,b",
+        "RIDGEWAVE_OWNER_KEYS": "lab:c:d,lab:e",
         "RIDGEWAVE_LEAD": "0.125",
         "RIDGEWAVE_ROOT_PATH": "/lab/touch",
         "RIDGEWAVE_TRUSTED_PROXIES": "10.0.0.0/8, ::1",

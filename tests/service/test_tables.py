@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import gc
+import json
 import threading
 from pathlib import Path
 from typing import Any
 
 import httpx
+import numpy as np
 import pytest
 from fastapi import FastAPI
 
@@ -15,10 +17,12 @@ from clients import Client, ProtocolError
 from service.app import create_app
 from service.compute import work_places
 from service.engine import SynthEngine
+from service.store.store import Quota, Store
 from synth.plan import scene_table
 from synth.response.table_file import table_of_bytes
 from synth.response_cache import DEFAULT_BYTES
 from synth.scene.scene import parse_scene
+from synth.surfaces.surface_data import SurfaceData
 from tests.conftest import RunsRidgewave
 from tests.service.harness import ask, kept_engine, problem, serving, settings_of, until
 from tests.service.plain_engine import TABLE, PlainEngine
@@ -131,6 +135,32 @@ def test_a_table_belongs_to_no_key(engine: PlainEngine) -> None:
     url = ask(app, "POST", "/v1/tables", json={}, headers=mine).json()["url"]
     assert ask(app, "GET", url, headers=yours).content == TABLE.read_bytes()
     problem(ask(app, "GET", url), 401, "key-required")
+
+
+def test_the_table_of_an_imported_surface_is_its_owners_and_in_no_shared_cache(tmp_path: Path) -> None:
+    surface = SurfaceData((20e-6 * np.sin(2.0 * np.pi * np.arange(160) / 160)).astype(np.float32), (5e-6,))
+    store = Store(tmp_path)
+    store.keep("lab", "wave", surface, "profile", {"file": "wave.csv"}, Quota())
+    app = create_app(settings_of(owner_keys="lab:mine,lab:also,guest:yours", data_folder=tmp_path), kept_engine())
+    mine, also, yours = ({"Authorization": f"Bearer {key}"} for key in ("mine", "also", "yours"))
+    scene = {"finger": {"contact_length": "2 mm"}, "texture": {"kind": "wave"}}
+    told = ask(app, "POST", "/v1/tables", json=scene, headers=mine).json()
+    for key in (mine, also):
+        answer = ask(app, "GET", told["url"], headers=key)
+        assert (answer.status_code, len(answer.content)) == (200, told["bytes"])
+        assert answer.headers["cache-control"] == "private, max-age=31536000, immutable"
+    tag = {"If-None-Match": answer.headers["etag"]}
+    assert ask(app, "GET", told["url"], headers=mine | tag).headers["cache-control"].startswith("private")
+    for key in (yours, yours | tag):
+        problem(ask(app, "GET", told["url"], headers=key), 404, "not-found")
+        assert ask(app, "HEAD", told["url"], headers=key).status_code == 404
+    address = json.loads(table_of_bytes(answer.content).scene)["texture"]["surface"]
+    assert address == surface.address
+    held = {"texture": {"kind": "profile", "surface": address}}
+    for path, body in (("tables", held), ("render", held), ("explain", held), ("sessions", held)):
+        problem(ask(app, "POST", f"/v1/{path}", json=body, headers=yours), 422, "scene-refused")
+    store.delete("lab", "wave")
+    problem(ask(app, "GET", told["url"], headers=mine), 404, "not-found")
 
 
 def test_the_service_answers_while_the_tables_of_a_client_wait(monkeypatch: pytest.MonkeyPatch) -> None:

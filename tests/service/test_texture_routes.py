@@ -96,7 +96,7 @@ def test_an_imported_texture_is_listed_shown_exported_renamed_and_deleted(own: F
     assert {**shown, "numbers": {}} == {**listed[-1], "numbers": {}} and listed[-1]["group"] == "Yours"
     assert shown["scene"] == made.json()["scene"] and shown["stored"] is True
     picture = ask(own, "GET", "/v1/textures/cloth/picture")
-    assert picture.headers["cache-control"] == "no-cache" and picture.content.startswith(b"\x89PNG")
+    assert picture.headers["cache-control"] == "private, no-cache" and picture.content.startswith(b"\x89PNG")
     saved = ask(own, "GET", "/v1/textures/cloth/surface?format=npy")
     np.testing.assert_allclose(np.load(io.BytesIO(saved.content)), HEIGHTS * 1e-6, atol=1e-11)
     assert ask(own, "GET", "/v1/textures/cloth/surface?format=x3p").content.startswith(b"PK")

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+from contextlib import suppress
 
 from fastapi import APIRouter, Request
+from starlette.requests import ClientDisconnect
 from starlette.responses import HTMLResponse, JSONResponse, PlainTextResponse, Response
 
 from service.http import openapi
@@ -26,7 +28,8 @@ router = APIRouter(tags=["operations"])
 async def stop(request: Request) -> Response:
     """Every stream and device falls silent within 20 ms at the server's write. Every session ends too, so that a player
     that reconnects by itself gets nothing. No body is required. The answer counts what was stopped in all workers."""
-    await read_body(request, optional=True)
+    with suppress(ClientDisconnect):  # a proxy that gave up while this process hung: the stop is wanted all the same
+        await read_body(request, optional=True)
     return JSONResponse(await service_of(request).stop())
 
 

@@ -1,11 +1,14 @@
 """`POST /v1/tables` makes the response table of a scene; `GET /v1/tables/{hash}` returns its file, which never changes.
 
-Model: a table is identified by the hash of its content. It belongs to no key, and making it again gives the same hash.
+Model: a table is identified by the hash of its content, and making it again gives the same hash. It belongs to no key,
+    unless its scene has an imported surface: it is then found only by an owner who has imported that surface, and no
+    shared cache may keep it.
 Limits: the table stays as long as the cache of this process has room (RIDGEWAVE_CACHE_BYTES). Other workers lack it.
 """
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable
 from functools import partial
 
@@ -18,14 +21,14 @@ from service.http.byte_ranges import ACCEPTED, range_of
 from service.http.content_negotiation import is_known
 from service.http.rate_limits import KEY
 from service.http.request_body import read_body
-from service.lifespan import service_of
+from service.lifespan import Service, service_of
 from service.problems import Problem, refused
 from synth.errors import shown
 from synth.scene.scene import Scene
 
 router = APIRouter(tags=["tables"])
 READS = ("too-large", "not-json", "scene-refused", "cannot-render", "closing")
-IMMUTABLE = "public, max-age=31536000, immutable"
+IMMUTABLE = "max-age=31536000, immutable"
 TABLE_FILE: openapi.Answers = {
     200: {
         "description": "The file; docs/table.md describes its format.",
@@ -70,12 +73,14 @@ async def make(request: Request) -> Response:
     responses=TABLE_FILE | openapi.problem_answers("not-found", "range-refused"),
 )
 async def get(request: Request, hash: str) -> Response:
-    """The safetensors file. It never changes, so every cache may keep it."""
-    found = service_of(request).engine.find_table(hash)
-    if found is None:
+    """The safetensors file. It never changes, so every cache may keep it; of an imported surface, only yours."""
+    service = service_of(request)
+    found = service.engine.find_table(hash)
+    private = found is not None and found.surface is not None
+    if found is None or (private and not await asyncio.to_thread(_has, service, request, found)):
         hint = "POST its scene to /v1/tables: the same scene gives the same hash."
         raise refused("hash", shown(hash), "the hash of a table in the cache", hint, "not-found")
-    headers = {"ETag": f'"{found.hash}"', "Cache-Control": IMMUTABLE}
+    headers = {"ETag": f'"{found.hash}"', "Cache-Control": f"{'private' if private else 'public'}, {IMMUTABLE}"}
     if is_known(request, found.hash):
         return Response(status_code=304, headers=headers)
     headers |= ACCEPTED
@@ -86,6 +91,11 @@ async def get(request: Request, hash: str) -> Response:
     headers["Content-Length"] = str(len(found.content))
     body = b"" if request.method == "HEAD" else found.content
     return Response(body, headers=headers, media_type="application/octet-stream")
+
+
+def _has(service: Service, request: Request, table: TableFile) -> bool:
+    """Return whether the caller has imported the surface of `table`."""
+    return service.textures.has(request.scope.get(KEY), table.surface or "")
 
 
 def _make_table(engine: Engine, read: Callable[[], Scene]) -> TableFile:

@@ -90,7 +90,7 @@ async def texture_picture(request: Request, name: str) -> Response:
         picture, tag = await asyncio.to_thread(_drawn, {"texture": entry.texture})
     else:
         picture, tag = await asyncio.to_thread(_picture_of, name)
-    headers = {"Cache-Control": "no-cache" if isinstance(entry, StoredTexture) else A_DAY, "ETag": f'"{tag}"'}
+    headers = {"Cache-Control": "private, no-cache" if isinstance(entry, StoredTexture) else A_DAY, "ETag": f'"{tag}"'}
     if is_known(request, tag):
         return Response(status_code=304, headers=headers)
     headers["Content-Length"] = str(len(picture))
