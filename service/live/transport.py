@@ -23,11 +23,14 @@ class Receiver(Protocol):
     def message(self, message: str | bytes) -> None:
         """Receive a whole message."""
 
-    def frame(self) -> bool:
-        """Count a ping, a pong or a part of a message; return whether it is within the allowed rate."""
+    def frame(self, size: int) -> None:
+        """Count a frame of `size` bytes: a whole message, a part of one, a ping or a pong."""
 
-    def behind(self, frames: int) -> None:
-        """Receive the number of frames since the server last had read all received data."""
+    def pause(self) -> float:
+        """Return the seconds for which no frame may be read, 0 if one may. The server asks before each frame."""
+
+    def behind(self, seconds: float) -> None:
+        """Receive for how long the server has not read all that has arrived."""
 
 
 class Wire(Protocol):

@@ -2,7 +2,7 @@
 
 Model: uvicorn passes a connection on with its upgrade request. The library websockets (`ServerProtocol`, its public
     interface without I/O) reads the handshake and the frames. `websocket_frames` bounds how much is read in one turn of
-    the event loop. Outgoing messages are framed here, several per write.
+    the event loop. A peer that sends more than the application takes is not read meanwhile, and so waits. Outgoing messages are framed here, several per write.
     A peer that does not read gets LINGER_SECONDS to read the rest and the close code; then its connection is aborted.
     On a shutdown, streams fade before they are closed. A peer that does not answer a ping is dropped. So is a peer that
     leaves a frame half-sent, because its pong cannot interrupt the frame.
@@ -86,6 +86,7 @@ class LiveProtocol(asyncio.Protocol):
         self._answer: Response | None = None  # to the handshake
         self._refusal: Message | None = None  # the head of the refusal that the application sends
         self._answered = self._open = self._listening = self._behind = self._lingers = self._over = self._gone = False
+        self._behind_since = 0.0
         self._ping: bytes | None = None  # the ping whose pong is awaited
         self._doubted = False
         self._owed_pong = b""  # the pong to send when the peer reads again
@@ -300,12 +301,21 @@ class LiveProtocol(asyncio.Protocol):
             self._left()
         elif not done:
             if not self._behind:
-                self._behind = True
-                self.transport.pause_reading()
-            self._turns.wait(self._turn)
-        elif self._behind:
+        XX        elif self._behind:
             self._behind = False
             self.transport.resume_reading()
+
+    def _wait_for_turn(self) -> None:
+        """Read on in another turn, once the receiver takes more. The socket is not read until then."""
+        if not self._behind:
+            self._behind, self._behind_since = True, self.loop.time()
+            self.transport.pause_reading()
+        elif self._frames.receiver is not None:
+            self._frames.receiver.behind(self.loop.time() - self._behind_since)
+        if self._frames.pause:
+            self.loop.call_later(self._frames.pause, self._turns.wait, self._turn)
+        else:
+            self._turns.wait(self._turn)
 
     def _turn(self) -> bool:
         if self._gone or self._lingers:
@@ -339,6 +349,8 @@ class LiveProtocol(asyncio.Protocol):
             self._ping, self._doubted, self._frames.awaits_pong = os.urandom(4), False, True
             self.conn.send_ping(self._ping)
             self.transport.write(b"".join(self.conn.data_to_send()))
+        elif self._behind:
+            self._doubted = False  # the pong may be in what has not been read
         elif not self._doubted:
             self._doubted, wait = True, DOUBT_SECONDS
         else:

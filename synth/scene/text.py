@@ -1,8 +1,9 @@
 """Read one JSON object from text, strictly.
 
 Stage: 1 (SCENE). Also used wherever a partial scene is read as text.
-Limits: the text is UTF-8, with or without a byte order mark. NaN and Infinity are read as numbers. Their fields refuse
-them later, with an error that is more useful than a position in the text.
+Limits: the text is UTF-8, with or without a byte order mark. NaN and Infinity are read as numbers, and whole numbers of
+thousands of digits as Infinity, as 1e999 is. Their fields refuse them later, with an error that is more useful than a
+position in the text.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from synth.errors import Fault, SceneError
 from synth.scene.rules import MOST_FAULTS
 
 WANTED = "one JSON object"
+MOST_DIGITS = 400  # of a whole number; float64 ends at 309
 
 
 class _Repeated(dict[str, object]):
@@ -35,15 +37,13 @@ def object_from_text(text: str | bytes) -> dict[str, object]:
         raise _refusal("nothing", "Write {} for the default scene.")
     repeated: list[_Repeated] = []
     try:
-        document = json.loads(decoded, object_pairs_hook=lambda pairs: _fields(pairs, repeated))
+        document = _parsed(decoded, repeated)
         faults = list(islice(_repetitions(document, ""), MOST_FAULTS)) if repeated else []
     except json.JSONDecodeError as error:
         place = f"line {error.lineno}, column {error.colno}"
         raise _refusal(f"text that is not JSON at {place}", "Correct the text there.") from error
     except RecursionError as error:
         raise _refusal("JSON that is nested too deeply", "A scene needs four levels.") from error
-    except ValueError as error:
-        raise _refusal("a whole number with thousands of digits", "Write numbers within their range.") from error
     if not isinstance(document, dict):
         raise _refusal(f"JSON of another kind ({_json_kind(document)})", 'Write an object, such as {"texture": {}}.')
     if faults:
@@ -69,6 +69,25 @@ def _decoded(text: str | bytes) -> str:
         return bytes(text).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise _refusal("bytes that are not UTF-8 text", "Save the scene as JSON in UTF-8.") from error
+
+
+def _parsed(text: str, repeated: list[_Repeated]) -> object:
+    """Return what JSON `text` holds, and add to `repeated`."""
+
+    def fields(pairs: list[tuple[str, object]]) -> dict[str, object]:
+        return _fields(pairs, repeated)
+
+    try:
+        return json.loads(text, object_pairs_hook=fields)
+    except json.JSONDecodeError:
+        raise
+    except ValueError:  # a whole number with more digits than `int` reads; `float` reads any number of them
+        repeated.clear()
+        return json.loads(text, object_pairs_hook=fields, parse_int=_whole)
+
+
+def _whole(digits: str) -> int | float:
+    return int(digits) if len(digits) <= MOST_DIGITS else float(digits)
 
 
 def _fields(pairs: list[tuple[str, object]], repeated: list[_Repeated]) -> dict[str, object]:
