@@ -1,8 +1,8 @@
 """How fast the messages of a live connection are read, and how many may wait for its voice.
 
-Model: a client has `allowed` messages per second, and saves up those of one second at most. A frame of any kind costs one
-    message, and one more for each KiB; a refusal costs REFUSED more. Where the client has used up its messages, its
-    socket is not read until it has one again: TCP then makes the client wait. No message is lost.
+Model: a client has `allowed` messages per second, and saves up those of one second at most. A frame of any kind costs
+    one message, and one more for each KiB; a refusal costs REFUSED more. Where the client has used up its messages,
+    its socket is not read until it has one again: TCP then makes the client wait. No message is lost.
     The time is read only where the messages are used up, so an ordinary one costs a comparison.
 Limits: the last message may cost more than is left; the next one waits for that too. Twice the messages of a second may
     be read within a second after a pause.

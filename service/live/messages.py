@@ -103,7 +103,7 @@ _CONTACT = {
     "position": _number(-LARGEST_POSITION, LARGEST_POSITION, "Position of the surface under the finger.", "m"),
     "speed": _number(-LARGEST_SPEED, LARGEST_SPEED, "Speed of the surface, if no position is known.", "m/s"),
     "load": _number(-LARGEST_LOAD, LARGEST_LOAD, "Force of the finger; below 0 only with adhesion.", "N"),
-    "more": _whole(0, LARGEST_CREDIT, "Credit as of `more`: frames that may be sent. Only with pacing `pull`.", "frames"),
+    "more": _whole(0, LARGEST_CREDIT, "Credit, as of `more`. Only with pacing `pull`.", "frames"),
 }
 _AREA = {
     "x": _number(

@@ -2,7 +2,8 @@
 
 Model: uvicorn passes a connection on with its upgrade request. The library websockets (`ServerProtocol`, its public
     interface without I/O) reads the handshake and the frames. `websocket_frames` bounds how much is read in one turn of
-    the event loop. A peer that sends more than the application takes is not read meanwhile, and so waits. Outgoing messages are framed here, several per write.
+    the event loop. A peer that sends more than the receiver takes is not read for a while, so TCP makes it wait.
+    Outgoing messages are framed here, several per write.
     A peer that does not read gets LINGER_SECONDS to read the rest and the close code; then its connection is aborted.
     On a shutdown, streams fade before they are closed. A peer that does not answer a ping is dropped. So is a peer that
     leaves a frame half-sent, because its pong cannot interrupt the frame.
@@ -300,8 +301,8 @@ class LiveProtocol(asyncio.Protocol):
         if self._over or (self._open and self.conn.close_expected()):
             self._left()
         elif not done:
-            if not self._behind:
-        XX        elif self._behind:
+            self._wait_for_turn()
+        elif self._behind:
             self._behind = False
             self.transport.resume_reading()
 
