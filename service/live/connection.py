@@ -156,10 +156,10 @@ class Connection:
     def _take(self, message: str | bytes) -> None:
         conversation = self.conversation
         try:
-            if isinstance(message, bytes):
-                conversation.binary(message, self._clock())
-            else:
+            if isinstance(message, str):
                 conversation.text(message, self._clock())
+                self._wake()
+            elif conversation.binary(message, self._clock()):
                 self._wake()
         except Exception:
             self.failed()

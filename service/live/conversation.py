@@ -75,14 +75,14 @@ class Conversation:
 
     # Messages in
 
-    def binary(self, data: bytes, now: float) -> None:
-        """Receive a binary message: a contact update, and credit."""
+    def binary(self, data: bytes, now: float) -> bool:
+        """Receive a binary message, a contact update; return whether credit came with it."""
         stream = self.stream
         if stream is not None:
             stream.counts.received += 1
         if self.phase is not Phase.STREAMING or stream is None:
             self._out_of_turn(data)
-            return
+            return False
         update, credit = contact_update.split(data)
         try:
             stream.take(contact_update.from_bytes(update, self.version, stream.hand), now)
@@ -90,6 +90,7 @@ class Conversation:
             self.refuse(problem)
         if credit:
             self._grant(stream, credit, "/more")
+        return credit > 0
 
     def text(self, text: str, now: float) -> None:
         """Receive a text message."""
