@@ -12,10 +12,10 @@
     python -m tests.bench lock-step
 
 Parts: solver, voice, limiter, response, effects (each on one core), service, processes; --long adds an hour's render.
-`live`, `page`, `table`, `direct`, `layered`, `choices`, `fingertip`, `floods` and `lock-step` run only where named: `live`
-loads a service with streams for minutes, `page` needs a browser, `table` and `layered` measure tables, `direct` voices
-without one, `choices` opens textures of the catalogue, `fingertip` compares 200 renders with brute force, which takes
-an hour, `floods` floods a service, and `lock-step` pulls a minute of sound block by block.
+`live`, `page`, `table`, `direct`, `layered`, `choices`, `fingertip`, `floods` and `lock-step` run only where they are
+named: `live` loads a service with streams for minutes, `page` needs a browser, `table` and `layered` measure tables,
+`direct` voices without one, `choices` opens textures of the catalogue, `fingertip` compares 200 renders with brute
+force, which takes an hour, `floods` floods a service, and `lock-step` pulls a minute of sound block by block.
 Nothing here passes or fails: a figure over its limit is marked OVER. docs/benchmarks.md explains each line.
 """
 

@@ -1,4 +1,4 @@
-"""A client that pulls one block at a time, over loopback: how long a minute of sound takes it, and its messages a second.
+"""A client that pulls a minute of sound block by block, over loopback: how long it takes, and its messages a second.
 
 Model: one service of one worker, and `reference_client`, whose socket has no setting. It sends the credit of a block in
     its contact, or in a message `more` in the same write. The last lines send the two in writes of their own, with and

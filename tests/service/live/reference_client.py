@@ -29,10 +29,9 @@ class ReferenceClient:
         self.messages: list[dict[str, Any]] = []
         self._upgrade(place.netloc)
         self._send(TEXT, self._text(type="hello", scene=scene or {}, block=block))
-        kind, payload = self._message()
-        self.ready = json.loads(payload)
-        assert kind == TEXT and self.ready["type"] == "ready", payload
-        self.rate, self.frame_bytes = self.ready["sample_rate"], 4 * self.ready["channels"]
+        ready = json.loads(self._message()[1])
+        assert ready["type"] == "ready", ready
+        self.rate, self.frame_bytes = ready["sample_rate"], 4 * ready["channels"]
 
     def _upgrade(self, host: str) -> None:
         key = base64.b64encode(os.urandom(16)).decode()
