@@ -161,6 +161,8 @@ class Connection:
                 self._wake()
             elif conversation.binary(message, self._clock()):
                 self._wake()
+            if conversation.lacks_credit:
+                self._wire.acknowledge()
         except Exception:
             self.failed()
         if conversation.actions:

@@ -309,6 +309,13 @@ class Conversation:
         """Return whether the server's clock decides when the next block is sent; false during the last fade."""
         return self.phase is Phase.STREAMING and self.stream is not None and self.stream.realtime
 
+    @property
+    def lacks_credit(self) -> bool:
+        """Return whether the next block waits for credit."""
+        if self.phase is not Phase.STREAMING or self.stream is None:
+            return False
+        return not self._credit and not self.stream.realtime
+
     def messages(self, pcm: bytes, frames: int, now: float) -> list[str | bytes]:
         """Return the messages, in order, for a block that has been rendered; none after the end."""
         stream = self.stream

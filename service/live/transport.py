@@ -48,6 +48,9 @@ class Wire(Protocol):
     async def send_all(self, messages: Messages) -> None:
         """Send in order; waits while the client does not read. Raises OSError if it is gone."""
 
+    def acknowledge(self) -> None:
+        """Let the network confirm at once what has arrived: the peer may wait for it before it sends the rest."""
+
     def deliver(self, receiver: Receiver | None) -> None:
         """Pass messages to `receiver` from now on; None discards them. No message is read before the first call."""
 
@@ -74,6 +77,9 @@ class PlainWire:
         for message in messages:
             kind = "bytes" if isinstance(message, bytes) else "text"
             await self._send({"type": "websocket.send", kind: message})
+
+    def acknowledge(self) -> None:
+        """Do nothing: plain ASGI cannot."""
 
     def deliver(self, receiver: Receiver | None) -> None:
         """Do nothing: messages come through `receive`."""
