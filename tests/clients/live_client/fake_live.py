@@ -197,7 +197,7 @@ class Peer:
         )  # fmt: skip
 
     def _more(self, document: dict[str, Any]) -> None:
-        assert 1 <= document["frames"]
+        assert document["frames"] >= 1
         self._grant(document["frames"])
 
     def _grant(self, frames: int) -> None:

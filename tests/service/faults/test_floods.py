@@ -2,8 +2,8 @@
 
 Model: `tests.bench.flood` floods from its own process, beside another stream (`tests.bench.bench_floods` measures the
     same for longer). The test asserts that the other stream misses no block, and that every flooding connection stays
-    open, is told once at most, and gets its own sound. In one of `ATTEMPTS` runs the largest gap of the other stream is below `GAP_MS`; other work on
-    the machine delays it too.
+    open, is told once at most, and gets its own sound. In one of `ATTEMPTS` runs the largest gap of the other stream
+    is below `GAP_MS`; other work on the machine delays it too.
 """
 
 from __future__ import annotations
