@@ -107,7 +107,7 @@ _ROWS = (
         "too-fast",
         429,
         "Too many messages",
-        "More live messages per second than RIDGEWAVE_MAX_UPDATES, or 200 refused ones; the rest is dropped.",
+        "Live messages wait because more than RIDGEWAVE_MAX_UPDATES come per second, or too many changes wait at once.",
     ),
     ("rate-limited", 429, "Too many requests", "More requests than RIDGEWAVE_REQUESTS_PER_SECOND; see Retry-After."),
     (

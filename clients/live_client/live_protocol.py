@@ -6,8 +6,9 @@ Frames are numbered from the first frame that the stream received. Only whole me
 a break the next connection therefore requests frame `received`, and a message that was cut off changes nothing. A new
 session (reconnect "new") continues the numbers; `gaps` holds the frames at which one begins.
 
-Only the newest contact update is kept. If a read was called after it, it is sent before the credit of that read, so
-that the frames of the read follow it. Otherwise it is sent last.
+Only the newest contact update is kept. If a read was called after it, it is sent with the credit of that read, so that
+the frames of the read follow it: one message a block. A change that waits is sent between the two. Otherwise it is sent
+last.
 
 Limits: one reader. After a break, an update older than `max_silence` is not sent: it would move an actuator by an
 outdated motion of the hand.
@@ -186,14 +187,18 @@ class LiveProtocol:
             self._stop_unsent = False
             return wire.stop()
         if self._contact.first:
-            return self._contact.message()
+            return self._contact.message(0 if self._changes.waits else self._granted())
         change = self._changes.next_to_send()
         if change is not None:
             return wire.scene_change(change)
-        granted = self._credit.grant(self._missing) if self.request.pacing == "pull" else 0
+        granted = self._granted()
         if granted:
             return wire.more(granted)
         return self._contact.message() if self._contact.unsent else None
+
+    def _granted(self) -> int:
+        """Return the frames of credit to grant now."""
+        return self._credit.grant(self._missing) if self.request.pacing == "pull" else 0
 
     @property
     def congested(self) -> bool:

@@ -46,6 +46,11 @@ class Changes:
         """Add a change."""
         self._waiting = [*_of_other_fields(self._waiting, partial), partial]
 
+    @property
+    def waits(self) -> bool:
+        """Return whether a change is to be sent."""
+        return bool(self._waiting)
+
     def next_to_send(self) -> Partial | None:
         """Return the next change and mark it as sent; None if there is none."""
         if not self._waiting:

@@ -30,13 +30,13 @@ class PendingContact:
         if isinstance(update, wire.Place) and update.direction is not None:
             self._direction = update.direction
 
-    def message(self) -> bytes:
-        """Return the message of the newest update, and mark it as sent."""
+    def message(self, credit: int = 0) -> bytes:
+        """Return the message of the newest update, with `credit` in frames, and mark it as sent."""
         assert self.newest is not None
         update = self.newest.completed(self._load, self._direction) if self._may_lack else self.newest
         self.drop()
         self._may_lack = False
-        return update.message()
+        return update.message(credit)
 
     def drop(self) -> None:
         """Do not send the newest update again."""

@@ -26,6 +26,7 @@ KEY_SUBPROTOCOL = "ridgewave.key."
 
 CONTACT = struct.Struct("<BBHIddf")  # version, flags, contact, seq, time (s), position (m) or speed (m/s), load (N)
 PLACE = struct.Struct("<BBHIdddff")  # version, flags, contact, seq, time (s), x (m), y (m), direction (rad), load (N)
+CREDIT = struct.Struct("<I")  # frames; it follows either form, or is absent
 CONTACT_VERSION, PLACE_VERSION = 1, 2
 IS_SPEED = 1  # flag: the value is a speed, not a position
 NO_LOAD = 2  # flag: the load is absent and stays what it was
@@ -55,11 +56,11 @@ class Contact:
     is_speed: bool
     load: float | None
 
-    def message(self) -> bytes:
-        """Return the binary form, 28 bytes."""
+    def message(self, credit: int = 0) -> bytes:
+        """Return the binary form, 28 bytes, or 32 with `credit` in frames."""
         flags = IS_SPEED * self.is_speed | NO_LOAD * (self.load is None)
         load = 0.0 if self.load is None else self.load
-        return CONTACT.pack(CONTACT_VERSION, flags, 0, self.seq, self.time, self.value, load)
+        return CONTACT.pack(CONTACT_VERSION, flags, 0, self.seq, self.time, self.value, load) + _credit(credit)
 
     def completed(self, load: float | None, direction: float | None) -> Contact:
         """Return the update with `load` if it has none; it never has a direction."""
@@ -81,16 +82,21 @@ class Place:
     direction: float | None
     load: float | None
 
-    def message(self) -> bytes:
-        """Return the binary form, 40 bytes."""
+    def message(self, credit: int = 0) -> bytes:
+        """Return the binary form, 40 bytes, or 44 with `credit` in frames."""
         flags = NO_LOAD * (self.load is None) | NO_DIRECTION * (self.direction is None)
         direction, load = (0.0 if value is None else value for value in (self.direction, self.load))
-        return PLACE.pack(PLACE_VERSION, flags, 0, self.seq, self.time, self.x, self.y, direction, load)
+        packed = PLACE.pack(PLACE_VERSION, flags, 0, self.seq, self.time, self.x, self.y, direction, load)
+        return packed + _credit(credit)
 
     def completed(self, load: float | None, direction: float | None) -> Place:
         """Return the update with `load` and `direction` where it has none."""
         load = load if self.load is None else self.load
         return replace(self, load=load, direction=direction if self.direction is None else self.direction)
+
+
+def _credit(frames: int) -> bytes:
+    return CREDIT.pack(frames) if frames else b""
 
 
 def contact(seq: int, time: float, value: float, is_speed: bool, load: float | None) -> Contact:

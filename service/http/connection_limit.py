@@ -50,7 +50,7 @@ def burst() -> int | None:
 
 
 class Connection(H11Protocol):
-    """An HTTP connection of uvicorn that is counted."""
+    """An HTTP connection of uvicorn that is counted, and whose refusals are problem documents."""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Bound the unsent bytes, and close other connections if there are too many."""
@@ -63,6 +63,15 @@ class Connection(H11Protocol):
         self.number = next(_numbers)
         room: ConnectionRoom = self.app_state.setdefault(ROOM, ConnectionRoom(self.connections))
         room.make()
+
+    def send_400_response(self, msg: str) -> None:
+        """Answer what is no HTTP request, unless it comes within an answer, and close."""
+        if self.cycle is None or self.cycle.response_complete or not self.cycle.response_started:
+            problem = Problem("bad-request", "This is no HTTP request.", headers={"Connection": "close"})
+            answer = problem.response(self.app_state.get("root_path", ""))
+            head = b"".join(b"%s: %s\r\n" % header for header in answer.raw_headers)
+            self.transport.write(b"HTTP/1.1 400 Bad Request\r\n" + head + b"\r\n" + bytes(answer.body))
+        self.transport.close()
 
     @property
     def missing(self) -> int:

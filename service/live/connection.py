@@ -23,7 +23,7 @@ from service.http.rate_limits import KEY
 from service.http.security import our_bug
 from service.live import actions
 from service.live.actions import Block
-from service.live.conversation import Conversation, Phase
+from service.live.conversation import PAUSE_SECONDS, Conversation, Phase
 from service.live.live_connections import LiveConnections
 from service.live.live_metrics import ConnectionLog
 from service.live.live_stream import LiveStream
@@ -156,26 +156,31 @@ class Connection:
     def _take(self, message: str | bytes) -> None:
         conversation = self.conversation
         try:
-            if isinstance(message, bytes):
-                conversation.binary(message, self._clock())
-            else:
+            if isinstance(message, str):
                 conversation.text(message, self._clock())
                 self._wake()
+            elif conversation.binary(message, self._clock()):
+                self._wake()
+            if conversation.lacks_credit:
+                self._wire.acknowledge()
         except Exception:
             self.failed()
         if conversation.actions:
             self._perform()
 
-    def frame(self) -> bool:
+    def frame(self, size: int) -> None:
         """See `Receiver`."""
-        within = self.conversation.frame(self._clock())
-        if self.conversation.actions:
-            self._perform()
-        return within
+        self.conversation.rate.spend(size)
 
-    def behind(self, frames: int) -> None:
+    def pause(self) -> float:
         """See `Receiver`."""
-        self.conversation.behind(frames)
+        if self.session is not None and self.session.has_too_many_changes(self._live.settings.max_message):
+            return PAUSE_SECONDS
+        return self.conversation.pause(self._clock)
+
+    def behind(self, seconds: float) -> None:
+        """See `Receiver`."""
+        self.conversation.behind(seconds)
         if self.conversation.actions:
             self._perform()
 
@@ -187,7 +192,11 @@ class Connection:
                 self._log.left(message)
                 return
             data = message.get("bytes")
-            self.message(data if data is not None else message["text"])
+            received = data if data is not None else message["text"]
+            self.frame(len(received))
+            self.message(received)
+            while pause := self.pause():
+                await asyncio.sleep(pause)
 
     def _perform(self) -> None:
         """Perform the actions of the state machine."""

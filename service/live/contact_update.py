@@ -5,6 +5,7 @@ Model: little-endian. A position or a speed takes 28 bytes: u8 version = 1, u8 f
     u16 contact, u32 seq, f64 time, f64 x, f64 y, f32 direction, f32 load.
     flags bit 0: 1 = value is a speed (m/s), 0 = a position (m). bit 1: 1 = no load; the last one remains. bit 2, of a
     place: 1 = no direction; the last one remains.
+    Either form may have four more bytes: u32 credit, the frames that `more` would grant.
     A position is how far the surface has moved under the finger (p in h2(x - p) of eq. 2). A place is where the finger
     is on the surface. Its x is therefore the negative of a position.
     Comparisons are written so that NaN fails them.
@@ -35,6 +36,8 @@ from synth.scene.texture_registry import kinds
 
 LAYOUT = struct.Struct("<BBHIddf")
 PLACE_LAYOUT = struct.Struct("<BBHIdddff")
+CREDIT = struct.Struct("<I")  # may follow
+CREDIT_SIZES = (LAYOUT.size + CREDIT.size, PLACE_LAYOUT.size + CREDIT.size)
 VERSION, PLACE_VERSION = 1, 2  # first byte
 IS_SPEED, NO_LOAD, NO_DIRECTION = 1, 2, 4
 LARGEST = (LARGEST_POSITION, LARGEST_SPEED)  # by flag bit 0
@@ -61,8 +64,16 @@ class Hand(NamedTuple):
         return cls(voice.lowest_load, voice.over_area, of_area and not voice.over_area)
 
 
+def split(data: bytes) -> tuple[bytes, int]:
+    """Return the update in a binary message, and its credit in frames: 0 for none."""
+    if len(data) not in CREDIT_SIZES:
+        return data, 0
+    (credit,) = CREDIT.unpack_from(data, len(data) - CREDIT.size)
+    return data[: -CREDIT.size], credit
+
+
 def from_bytes(data: bytes, version: Version, hand: Hand) -> Update:
-    """Return the update of a binary message; raises Problem (message-refused)."""
+    """Return the update of a binary message without its credit; raises Problem (message-refused)."""
     if len(data) == LAYOUT.size:
         layout, flags, contact, seq, time, value, load = LAYOUT.unpack(data)
         speed = flags & IS_SPEED
@@ -154,6 +165,7 @@ def _size(data: bytes, version: Version) -> Problem:
         hint += " Or <BBHIdddff, with x, y and direction in place of value."
     elif len(data) == PLACE_LAYOUT.size:
         hint = f"Offer the subprotocol {V2.name}, which has messages of {PLACE_LAYOUT.size} bytes."
+    allowed += f", and {CREDIT.size} more with credit"
     return refused("", f"{len(data)} bytes", allowed, hint)
 
 

@@ -15,8 +15,8 @@ from typing import Any
 from service.live import contact_update, server_messages
 from service.live.actions import CODES, Action, Block, Close, Detach, Finish, OpenVoice, Prepare, Resume, Send
 from service.live.live_stream import LiveStream, Options
-from service.live.message_limits import EarlyMessages, MessageRate, may_be_stop
-from service.live.messages import NotJson, Version, read_message, refused
+from service.live.message_limits import EarlyMessages, MessageRate
+from service.live.messages import NotJson, Version, check_message, credit_of, message_of, refused
 from service.operations.metrics import Metrics
 from service.operations.settings import Settings
 from service.problems import Problem
@@ -26,6 +26,8 @@ from synth.errors import shown
 HELLO_SECONDS = 10.0  # for the first message; a connection without one occupies a place
 CREDIT_SECONDS = 60.0  # of outstanding credit; with more, a change would be heard very late
 FADE_BOUND_SECONDS = 0.1  # for a voice that never reports that it has faded out
+WAITED_SECONDS = 1.0  # for which messages wait unread until the client is told: its motion is heard that much later
+PAUSE_SECONDS = 0.01  # of reading, while a voice that is being opened or a change that is being solved has no room
 
 
 class Phase(Enum):
@@ -53,10 +55,10 @@ class Conversation:
         self.pace = Pacer(1, now, slow_reader=settings.slow_reader)
         self._settings, self._opened = settings, now
         self._metrics = metrics or Metrics()
-        self._rate = MessageRate(settings.max_updates, now)
+        self.rate = MessageRate(settings.max_updates, now)
         self._early = EarlyMessages()
         self._size = 0  # bytes of the text that is being read
-        self._asked, self._credit, self._warned = 0, 0, False
+        self._asked, self._credit, self._warned, self._told_behind = 0, 0, False, False
         self._reason, self._code = "stopped", CODES["stopped"]
         self._fading, self._faded, self._fade_bound = False, 0, 0
         self._messages: dict[str, Callable[[dict[str, Any], float], None]] = {
@@ -73,33 +75,33 @@ class Conversation:
 
     # Messages in
 
-    def binary(self, data: bytes, now: float) -> None:
-        """Receive a binary message: a contact update."""
+    def binary(self, data: bytes, now: float) -> bool:
+        """Receive a binary message, a contact update; return whether credit came with it."""
         stream = self.stream
         if stream is not None:
             stream.counts.received += 1
-        if not self._rate.admits(now):
-            self._excess(now)
-            return
         if self.phase is not Phase.STREAMING or stream is None:
             self._out_of_turn(data)
-            return
+            return False
+        update, credit = contact_update.split(data)
         try:
-            stream.take(contact_update.from_bytes(data, self.version, stream.hand), now)
+            stream.take(contact_update.from_bytes(update, self.version, stream.hand), now)
         except Problem as problem:
             self.refuse(problem)
+        if credit:
+            self._grant(stream, credit, "/more")
+        return credit > 0
 
     def text(self, text: str, now: float) -> None:
         """Receive a text message."""
-        if not self._rate.admits(now) and not may_be_stop(text):
-            self._excess(now)
-            return
         if self.phase not in (Phase.HELLO, Phase.STREAMING):
             self._out_of_turn(text)
             return
         self._size = len(text)
+        message: dict[str, Any] = {}
         try:
-            message = read_message(text, self.version)
+            message = message_of(text)
+            check_message(message, self.version)
         except NotJson:
             problem = refused("", "text that is not JSON", "one JSON object per message", "Correct the text.")
             self.end("policy", problem, code=1007)
@@ -108,24 +110,27 @@ class Conversation:
                 self.end("policy", problem)
             else:
                 self.refuse(problem)
+                self._grant_refused(message)
         else:
             self._message(message, now)
 
-    def frame(self, now: float) -> bool:
-        """Count a ping, a pong or a part of a message; return whether it is within the allowed rate."""
-        if self._rate.admits(now):
-            return True
-        self._excess(now)
-        return False
+    def pause(self, clock: Callable[[], float]) -> float:
+        """Return the seconds for which no message may be read, 0 if one may."""
+        if self.phase is Phase.OPENING and self._early.full:
+            return PAUSE_SECONDS
+        return self.rate.wait(clock)
 
-    def behind(self, frames: int) -> None:
-        """End the connection if this number of frames, received without a pause, is a flood."""
-        if frames > self._rate.flood:
-            self.end("policy", self._rate.problem())
+    def behind(self, seconds: float) -> None:
+        """Tell the client, once, that its messages have been waiting for `seconds`."""
+        if seconds > WAITED_SECONDS and not self._told_behind and self.phase is Phase.STREAMING:
+            self._told_behind = True
+            most = f"{self._settings.max_updates} messages a second are read (RIDGEWAVE_MAX_UPDATES)"
+            late = "the others wait, and motion and changes are heard late"
+            self._tell(Problem("too-fast", f"The client sends faster than it is read. {most}; {late}. Send fewer."))
 
     def refuse(self, problem: Problem) -> None:
         """Report a problem to the client; the stream continues."""
-        self._rate.refused()
+        self.rate.refused()
         if self.phase is not Phase.OVER:
             self._tell(problem)
 
@@ -162,17 +167,24 @@ class Conversation:
             self.end("policy", refused("", "a binary message", "hello", "Say hello first."))
 
     def _more(self, message: dict[str, Any], now: float) -> None:
-        stream = self.stream
-        assert stream is not None
-        if stream.realtime:
-            self.refuse(refused("/type", "more", "no credit with pacing realtime", "Leave it out."))
-            return
+        assert self.stream is not None
+        self._grant(self.stream, int(message["frames"]), "/frames")
+
+    def _grant(self, stream: LiveStream, frames: int, at: str) -> None:
+        """Add credit, or refuse it. at: the pointer of the field that grants it."""
         room = round(CREDIT_SECONDS * stream.rate) - self._credit
-        if message["frames"] > room:
+        if stream.realtime:
+            self.refuse(refused(at, str(frames), "no credit with pacing realtime", "Leave it out."))
+        elif frames > room:
             allowed = f"at most {room} frames now: {CREDIT_SECONDS:g} s of sound outstanding"
-            self.refuse(refused("/frames", shown(message["frames"]), allowed, "Grant less, more often."))
-            return
-        self._credit += int(message["frames"])
+            self.refuse(refused(at, shown(frames), allowed, "Grant less, more often."))
+        else:
+            self._credit += frames
+
+    def _grant_refused(self, message: dict[str, Any]) -> None:
+        """Grant the credit in a refused contact, which is not the hand's: without it the client would wait for ever."""
+        if self.stream is not None and (credit := credit_of(message)):
+            self._grant(self.stream, credit, "/more")
 
     def _contact(self, message: dict[str, Any], now: float) -> None:
         assert self.stream is not None
@@ -181,12 +193,8 @@ class Conversation:
             self.stream.take(contact_update.from_message(message, self.stream.hand), now)
         except Problem as problem:
             self.refuse(problem)
-
-    def _excess(self, now: float) -> None:
-        if self._rate.flooded:
-            self.end("policy", self._rate.problem())
-        elif self._rate.reports(now):
-            self.refuse(self._rate.problem())
+        if credit := credit_of(message):
+            self._grant(self.stream, credit, "/more")
 
     # The session
 
@@ -300,6 +308,13 @@ class Conversation:
     def paced(self) -> bool:
         """Return whether the server's clock decides when the next block is sent; false during the last fade."""
         return self.phase is Phase.STREAMING and self.stream is not None and self.stream.realtime
+
+    @property
+    def lacks_credit(self) -> bool:
+        """Return whether the next block waits for credit."""
+        if self.phase is not Phase.STREAMING or self.stream is None:
+            return False
+        return not self._credit and not self.stream.realtime
 
     def messages(self, pcm: bytes, frames: int, now: float) -> list[str | bytes]:
         """Return the messages, in order, for a block that has been rendered; none after the end."""

@@ -1,94 +1,67 @@
-"""How much a live connection may send: messages per second, and messages before its voice is open.
+"""How fast the messages of a live connection are read, and how many may wait for its voice.
 
-Model: messages, pings, pongs and parts of messages are counted in windows of a second. Excess messages are dropped
-    unread, and a flood closes the connection. A new window begins only when the count of the last one is used up, so
-    an ordinary message costs two comparisons. A refusal costs some ten times as much as an ordinary message. Only so
-    many are made in a window: a peer that sends nothing else is then read fast enough to be recognised as a flood.
-Limits: a burst of up to twice the rate may pass across two windows.
+Model: a client has `allowed` messages per second, and saves up those of one second at most. A frame of any kind costs
+    one message, and one more for each KiB; a refusal costs REFUSED more. Where the client has used up its messages,
+    its socket is not read until it has one again: TCP then makes the client wait. No message is lost.
+    The time is read only where the messages are used up, so an ordinary one costs a comparison.
+Limits: the last message may cost more than is left; the next one waits for that too. Twice the messages of a second may
+    be read within a second after a pause.
 """
 
 from __future__ import annotations
 
-from service.problems import Problem
+from collections.abc import Callable
 
-FLOOD = 10  # multiple of the allowed rate that is a flood
-LEAST_FLOOD = 20_000  # fewer frames without a pause are no flood: they may pile up while the service stalls
-MOST_REFUSED = 200  # per second; more would be late messages to a client that does not heed them
-REPORT_SECONDS = 1.0  # between two problems that report the excess
+COST_BYTES = 1024  # of a frame that cost one message more: a text of 64 kB takes 1 to 3 ms
+REFUSED = 9  # messages that a refusal costs more: checking and answering takes ten times as long
 
 
 class MessageRate:
     """The messages of one connection. allowed: per second. now: a time in seconds."""
 
     def __init__(self, allowed: int, now: float) -> None:
-        self.allowed = allowed
-        self.flood = max(FLOOD * allowed, LEAST_FLOOD)
-        self._count, self._refused, self._window, self._reported = 0, 0, now, now - REPORT_SECONDS
+        self._allowed = allowed
+        self._left, self._at = float(allowed), now
 
-    def admits(self, now: float) -> bool:
-        """Count a message; return whether it is within the rate."""
-        self._count += 1
-        if self._count <= self.allowed and self._refused < MOST_REFUSED:
-            return True
-        if now - self._window < 1.0:
-            return False
-        self._window, self._count, self._refused = now, 1, 0
-        return True
+    def spend(self, size: int) -> None:
+        """Count a frame of `size` bytes."""
+        self._left -= 1 + size // COST_BYTES
 
     def refused(self) -> None:
         """Count a refusal."""
-        self._refused += 1
+        self._left -= REFUSED
 
-    @property
-    def flooded(self) -> bool:
-        """Return whether the messages of this window are a flood."""
-        return self._count >= FLOOD * self.allowed
-
-    def problem(self) -> Problem:
-        """Return the problem that reports the excess."""
-        excess = f"More than {self.allowed} messages a second (RIDGEWAVE_MAX_UPDATES)"
-        if self._refused >= MOST_REFUSED:
-            excess = f"{MOST_REFUSED} messages were refused in a second"
-        return Problem("too-fast", f"{excess}: further messages in this second are dropped unread.")
-
-    def reports(self, now: float) -> bool:
-        """Return whether the excess is to be reported now."""
-        if now - self._reported < REPORT_SECONDS:
-            return False
-        self._reported = now
-        return True
+    def wait(self, clock: Callable[[], float]) -> float:
+        """Return the seconds until another message may be read, 0 for now."""
+        if self._left < 1.0:
+            now = clock()
+            self._left = min(float(self._allowed), self._left + (now - self._at) * self._allowed)
+            self._at = now
+        return max(0.0, 1.0 - self._left) / self._allowed
 
 
-def may_be_stop(text: str) -> bool:
-    """Return whether `text` is short and names stop. Such a message is read at any rate."""
-    return len(text) < 100 and '"stop"' in text
-
-
-MOST_MESSAGES = 256  # more are a mistake of the client; fewer would lose contacts while a slow scene opens
-MOST_BYTES = 1 << 18  # of one connection
+MOST_MESSAGES = 256  # more are a mistake of the client; fewer would make it wait while a slow scene opens
+MOST_BYTES = 1 << 18  # of one connection, and one message more
 
 
 class EarlyMessages:
-    """The messages that arrive while the voice is being opened, in order.
-
-    Beyond the bounds the oldest contact or change of the scene is dropped.
-    """
+    """The messages that arrive while the voice is being opened, in order. No more are read while it is `full`."""
 
     def __init__(self) -> None:
         self._kept: list[str | bytes] = []
+        self._bytes = 0
+
+    @property
+    def full(self) -> bool:
+        """Return whether no further message may be read."""
+        return len(self._kept) >= MOST_MESSAGES or self._bytes >= MOST_BYTES
 
     def keep(self, message: str | bytes) -> None:
         """Keep `message` for `take`."""
         self._kept.append(message)
-        while len(self._kept) > MOST_MESSAGES or sum(map(len, self._kept)) > MOST_BYTES:
-            replaceable = (place for place, early in enumerate(self._kept) if _replaceable(early))
-            del self._kept[next(replaceable, -1)]
+        self._bytes += len(message)
 
     def take(self) -> list[str | bytes]:
         """Return the messages, and forget them."""
-        taken, self._kept = self._kept, []
+        taken, self._kept, self._bytes = self._kept, [], 0
         return taken
-
-
-def _replaceable(message: str | bytes) -> bool:
-    return isinstance(message, bytes) or ('"more"' not in message and '"stop"' not in message)

@@ -103,6 +103,7 @@ _CONTACT = {
     "position": _number(-LARGEST_POSITION, LARGEST_POSITION, "Position of the surface under the finger.", "m"),
     "speed": _number(-LARGEST_SPEED, LARGEST_SPEED, "Speed of the surface, if no position is known.", "m/s"),
     "load": _number(-LARGEST_LOAD, LARGEST_LOAD, "Force of the finger; below 0 only with adhesion.", "N"),
+    "more": _whole(0, LARGEST_CREDIT, "Credit, as of `more`. Only with pacing `pull`.", "frames"),
 }
 _AREA = {
     "x": _number(
@@ -119,7 +120,7 @@ _AREA = {
         "rad",
     ),
 }
-_OPTIONAL = ("position", "speed", "load", *_AREA)
+_OPTIONAL = ("position", "speed", "load", "more", *_AREA)
 _CLIENT: Mapping[str, dict[str, Any]] = {
     "hello": _message("hello", "The first message, once.", _HELLO, tuple(_HELLO))
     | {"dependentSchemas": {"resume": {"properties": {name: False for name in _HELLO if name != "resume"}}}},
@@ -259,29 +260,40 @@ class NotJson(ValueError):
     """Text that is not JSON. It closes the connection with 1007."""
 
 
-def read_message(text: str, version: Version) -> dict[str, Any]:
-    """Return the message of `version` in `text`.
+def message_of(text: str) -> dict[str, Any]:
+    """Return the JSON object in `text`.
 
-    Raises NotJson for text that is not JSON, Problem (message-refused) for a message that does not fit the schema.
+    Raises NotJson for text that is not JSON, Problem (message-refused) for other JSON.
     """
     try:
-        message = object_from_text(text)
+        return object_from_text(text)
     except SceneError as error:
         if not _is_json(text):
             raise NotJson from error
         raise refusal(error.faults) from error
+
+
+def check_message(message: dict[str, Any], version: Version) -> None:
+    """Raise Problem (message-refused) for a message that does not fit the schema of `version`."""
     kind = message.get("type")
     validator = version.validators.get(kind) if isinstance(kind, str) else None
     if validator is None:
         raise refusal([_unknown(kind, version)])
     try:
         if validator.is_valid(message):
-            return message
+            return
         faults = [_fault(version, str(kind), message, error) for error in validator.iter_errors(message)]
     except ValueError:  # a lone surrogate
         fault = Fault("", "text that is not Unicode", "JSON text in Unicode", "Remove the lone surrogate.")
         raise refusal([fault]) from None
     raise refusal(list(dict.fromkeys(faults)))
+
+
+def credit_of(message: Mapping[str, Any]) -> int:
+    """Return the credit in a contact, even in one that is refused for something else; 0 for none."""
+    credit = message.get("more", 0) if message.get("type") == "contact" else 0
+    valid = isinstance(credit, int | float) and 0 <= credit <= LARGEST_CREDIT and credit == int(credit)
+    return int(credit) if valid and not isinstance(credit, bool) else 0
 
 
 def refusal(faults: Sequence[Fault]) -> Problem:
@@ -297,8 +309,10 @@ def refused(at: str, value: str, allowed: str, hint: str, kind: str = "message-r
 def _is_json(text: str) -> bool:
     try:
         json.loads(text)
-    except (ValueError, RecursionError):
+    except (json.JSONDecodeError, RecursionError):
         return False
+    except ValueError:  # a whole number with thousands of digits
+        return True
     return True
 
 

@@ -23,11 +23,14 @@ class Receiver(Protocol):
     def message(self, message: str | bytes) -> None:
         """Receive a whole message."""
 
-    def frame(self) -> bool:
-        """Count a ping, a pong or a part of a message; return whether it is within the allowed rate."""
+    def frame(self, size: int) -> None:
+        """Count a frame of `size` bytes: a whole message, a part of one, a ping or a pong."""
 
-    def behind(self, frames: int) -> None:
-        """Receive the number of frames since the server last had read all received data."""
+    def pause(self) -> float:
+        """Return the seconds for which no frame may be read, 0 if one may. The server asks before each frame."""
+
+    def behind(self, seconds: float) -> None:
+        """Receive for how long the server has not read all that has arrived."""
 
 
 class Wire(Protocol):
@@ -44,6 +47,9 @@ class Wire(Protocol):
 
     async def send_all(self, messages: Messages) -> None:
         """Send in order; waits while the client does not read. Raises OSError if it is gone."""
+
+    def acknowledge(self) -> None:
+        """Let the network confirm at once what has arrived: the peer may wait for it before it sends the rest."""
 
     def deliver(self, receiver: Receiver | None) -> None:
         """Pass messages to `receiver` from now on; None discards them. No message is read before the first call."""
@@ -71,6 +77,9 @@ class PlainWire:
         for message in messages:
             kind = "bytes" if isinstance(message, bytes) else "text"
             await self._send({"type": "websocket.send", kind: message})
+
+    def acknowledge(self) -> None:
+        """Do nothing: plain ASGI cannot."""
 
     def deliver(self, receiver: Receiver | None) -> None:
         """Do nothing: messages come through `receive`."""

@@ -2,7 +2,8 @@
 
 Model: uvicorn passes a connection on with its upgrade request. The library websockets (`ServerProtocol`, its public
     interface without I/O) reads the handshake and the frames. `websocket_frames` bounds how much is read in one turn of
-    the event loop. Outgoing messages are framed here, several per write.
+    the event loop. A peer that sends more than the receiver takes is not read for a while, so TCP makes it wait.
+    Outgoing messages are framed here, several per write.
     A peer that does not read gets LINGER_SECONDS to read the rest and the close code; then its connection is aborted.
     On a shutdown, streams fade before they are closed. A peer that does not answer a ping is dropped. So is a peer that
     leaves a frame half-sent, because its pong cannot interrupt the frame.
@@ -17,6 +18,7 @@ import asyncio
 import email.utils
 import logging
 import os
+import socket
 from collections.abc import Callable
 from http import HTTPStatus
 from typing import Any, cast
@@ -47,6 +49,8 @@ DISCARD_SECONDS = 0.02  # between two reads that discard what such a peer sends
 SHUTDOWN_SECONDS = 0.5  # for streams to fade on a shutdown
 DOUBT_SECONDS = 0.25  # extra time for a pong, because a late service may not have read it yet
 UNREADABLE = "The head of the request has an invalid header, announces a body, or is too large for a WebSocket."
+TCP = (socket.AF_INET, socket.AF_INET6)
+QUICK_ACK = getattr(socket, "TCP_QUICKACK", None)  # Linux only
 CLOSING = Problem("closing", "The service is shutting down.")
 BROKEN, RESTART, NOT_TEXT, OURS = 1006, 1012, 1007, 1011  # close codes (RFC 6455, 7.4.1; 1012: its registry)
 
@@ -86,6 +90,7 @@ class LiveProtocol(asyncio.Protocol):
         self._answer: Response | None = None  # to the handshake
         self._refusal: Message | None = None  # the head of the refusal that the application sends
         self._answered = self._open = self._listening = self._behind = self._lingers = self._over = self._gone = False
+        self._behind_since = 0.0
         self._ping: bytes | None = None  # the ping whose pong is awaited
         self._doubted = False
         self._owed_pong = b""  # the pong to send when the peer reads again
@@ -284,6 +289,12 @@ class LiveProtocol(asyncio.Protocol):
             raise PeerGone
         self.send_now(messages)
 
+    def acknowledge(self) -> None:
+        """See `Wire`. Without TCP_NODELAY a peer's second small write waits 40 ms for this."""
+        own = self.transport.get_extra_info("socket")
+        if QUICK_ACK is not None and self._open and not self.transport.is_closing() and own.family in TCP:
+            own.setsockopt(socket.IPPROTO_TCP, QUICK_ACK, 1)
+
     def deliver(self, receiver: Receiver | None) -> None:
         """See `Wire`."""
         self._frames.receiver = receiver
@@ -299,13 +310,22 @@ class LiveProtocol(asyncio.Protocol):
         if self._over or (self._open and self.conn.close_expected()):
             self._left()
         elif not done:
-            if not self._behind:
-                self._behind = True
-                self.transport.pause_reading()
-            self._turns.wait(self._turn)
+            self._wait_for_turn()
         elif self._behind:
             self._behind = False
             self.transport.resume_reading()
+
+    def _wait_for_turn(self) -> None:
+        """Read on in another turn, once the receiver takes more. The socket is not read until then."""
+        if not self._behind:
+            self._behind, self._behind_since = True, self.loop.time()
+            self.transport.pause_reading()
+        elif self._frames.receiver is not None:
+            self._frames.receiver.behind(self.loop.time() - self._behind_since)
+        if self._frames.pause:
+            self.loop.call_later(self._frames.pause, self._turns.wait, self._turn)
+        else:
+            self._turns.wait(self._turn)
 
     def _turn(self) -> bool:
         if self._gone or self._lingers:
@@ -339,6 +359,8 @@ class LiveProtocol(asyncio.Protocol):
             self._ping, self._doubted, self._frames.awaits_pong = os.urandom(4), False, True
             self.conn.send_ping(self._ping)
             self.transport.write(b"".join(self.conn.data_to_send()))
+        elif self._behind:
+            self._doubted = False  # the pong may be in what has not been read
         elif not self._doubted:
             self._doubted, wait = True, DOUBT_SECONDS
         else:

@@ -3,7 +3,8 @@
 Model: the head of a frame gives its length, so the frames are separated without the parser. A short message in one
     whole frame, as nearly all are, goes straight to the receiver. Every other frame goes through the parser of
     websockets (`ServerProtocol`, its public interface), one at a time. A turn ends after TURN_WORK or TURN_SECONDS,
-    control frames included. The rest waits for one of the shared `read_turns.Turns`; the socket is not read meanwhile.
+    control frames included, or when the receiver takes no more for some time. The rest waits for one of the shared
+    `read_turns.Turns`; the socket is not read meanwhile.
 Source: RFC 6455, 5.2 (frames), 5.3 (masks), 5.5.2 and 5.5.3 (the newest pong may answer all pings; an unsolicited pong
     needs no answer).
 Limits: the last message of a turn may exceed TURN_SECONDS. At most one read of the event loop (256 kB in uvloop) waits,
@@ -26,7 +27,6 @@ from service.live.transport import Receiver
 TURN_WORK = 512  # short messages per turn, or equal work; more delays other connections, less needs more turns
 PARSED_WORK = 4  # of a frame in the parser, 6 us; a short message takes 1.5 us
 BYTES_OF_WORK = 32  # bytes of payload that count as one more short message: a text of 64 kB takes 1 to 3 ms
-FLOOD_BYTES = 1024  # of a frame that count as one more frame of a flood
 WHOLE_TEXT, WHOLE_BINARY, PING, PONG = 0x81, 0x82, 0x89, 0x8A  # first byte of a frame that is a whole message
 MASKED, SHORT = 0x80, 126  # second byte: the bit of the mask; sizes from here on follow the byte
 MASK_BYTES = 4
@@ -65,17 +65,18 @@ class FrameReader:
     invalid: called for text that is not UTF-8.
     receiver: receives the messages; None discards them.
     awaits_pong: pongs are passed to the parser.
+    pause: seconds for which the receiver takes no more, as it was when a turn ended.
     """
 
     def __init__(self, conn: ServerProtocol, control: Callable[[Frame], None], invalid: Callable[[], None]) -> None:
         self.receiver: Receiver | None = None
         self.awaits_pong = False
+        self.pause = 0.0
         self._conn, self._control, self._invalid = conn, control, invalid
         self._held = b""
         self._left = 0  # missing bytes of the frame that the parser has begun
         self._opcode: Opcode | None = None  # of a fragmented message that is incomplete
         self._parts = bytearray()
-        self._in_a_row = 0  # frames since all received data had been read
 
     def take_whole(self, data: bytes) -> bool:
         """Pass on `data` if it is exactly one short binary message, as most contacts are; return whether it was."""
@@ -84,7 +85,9 @@ class FrameReader:
             return False
         if self._held or self._left or self._opcode is not None or self._conn.state is not State.OPEN:
             return False
-        self._in_a_row = 0
+        if receiver.pause():
+            return False
+        receiver.frame(len(data))
         receiver.message(unmasked(data))
         return True
 
@@ -95,20 +98,16 @@ class FrameReader:
     def take(self, data: bytes) -> bool:
         """Read `data`; return whether all of it has been read, except for an incomplete frame."""
         self.hold(data)
-        done = self.read()
-        if done:
-            self._in_a_row = 0
-        return done
+        return self.read()
 
     def read(self) -> bool:
         """Read what waits, for one turn; returns the same as `take`."""
         held, place, work = self._held, 0, 0
         until = perf_counter() + TURN_SECONDS
         while place < len(held):
-            if work >= TURN_WORK or perf_counter() >= until:
+            self.pause = 0.0 if self.receiver is None else self.receiver.pause()
+            if self.pause or work >= TURN_WORK or perf_counter() >= until:
                 self._held = held[place:]
-                if self.receiver is not None:
-                    self.receiver.behind(self._in_a_row)
                 return False
             taken, cost = self._next(held, place)
             if not taken:
@@ -125,22 +124,18 @@ class FrameReader:
             kind, short = held[place], whole and MASKED <= held[place + 1] < MASKED + SHORT
             if not size or (kind in (PING, PONG) and not whole and size <= SHORT + 2 + MASK_BYTES):
                 return 0, 0
-            self._in_a_row += 1 + size // FLOOD_BYTES
+            if self.receiver is not None:
+                self.receiver.frame(size)
             if short and kind in (WHOLE_TEXT, WHOLE_BINARY) and self._opcode is None and self._conn.state is State.OPEN:
                 self._message(kind == WHOLE_TEXT, unmasked(held[place : place + size]))
                 return size, 1
-            if short and kind in (PING, PONG) and self._needless(kind):
+            if short and kind == PONG and not self.awaits_pong:
                 return size, 1
             self._left = size
         piece = held[place : place + self._left]
         self._left -= len(piece)
         self._parse(piece)
         return len(piece), PARSED_WORK + len(piece) // BYTES_OF_WORK
-
-    def _needless(self, kind: int) -> bool:
-        """Count a ping or a pong; return whether it may be ignored."""
-        within = self.receiver is None or self.receiver.frame()
-        return not (self.awaits_pong if kind == PONG else within)
 
     def _parse(self, piece: bytes) -> None:
         self._conn.receive_data(piece)
@@ -159,8 +154,6 @@ class FrameReader:
         if frame.fin:
             opcode, parts, self._opcode, self._parts = self._opcode, self._parts, None, bytearray()
             self._message(opcode is Opcode.TEXT, bytes(parts))
-        elif self.receiver is not None:
-            self.receiver.frame()
 
     def _message(self, is_text: bool, message: bytes) -> None:
         receiver = self.receiver

@@ -239,7 +239,7 @@ class Settings:
         2000,
         _whole(10, 100_000),
         "10 to 100000 a second",
-        "Messages of one live connection per second. More are dropped unread; ten times as many close it.",
+        "Messages of one live connection that are read per second. More wait, and the client waits with them.",
     )
     resume: float = _setting(
         10.0,

@@ -3,7 +3,7 @@
 Model: waiting partial scenes are merged in order of arrival, and the result is solved once (`merged`). So the last
     change is applied at most one solve later. A refused change does not affect the others: if several cannot be solved
     together, each half of them is tried.
-Limits: beyond WAITING_BYTES the oldest waiting change is dropped.
+Limits: beyond WAITING_BYTES the oldest waiting change is dropped. A live connection is not read before that.
 """
 
 from __future__ import annotations
@@ -39,21 +39,25 @@ class Waiting:
 
 
 class Changes:
-    """The changes of one session. apply: applies a batch and settles each change of it."""
+    """The changes of one session.
+
+    apply: applies a batch and settles each change of it.
+    waiting_bytes: of the waiting changes.
+    """
 
     def __init__(self, apply: Callable[[Sequence[Waiting]], Awaitable[None]]) -> None:
         self._apply = apply
         self._waiting: deque[Waiting] = deque()
-        self._bytes = 0
+        self.waiting_bytes = 0
         self._task: asyncio.Task[None] | None = None
 
     def add(self, change: Waiting) -> None:
         """Apply `change`, together with those that wait already."""
         self._waiting.append(change)
-        self._bytes += change.size
-        while self._bytes > WAITING_BYTES and len(self._waiting) > 1:
+        self.waiting_bytes += change.size
+        while self.waiting_bytes > WAITING_BYTES and len(self._waiting) > 1:
             oldest = self._waiting.popleft()
-            self._bytes -= oldest.size
+            self.waiting_bytes -= oldest.size
             detail = "This change is dropped: too many newer changes arrived while another one was being solved."
             oldest.settle(Problem("too-fast", detail))
         if self._task is None:
@@ -62,7 +66,7 @@ class Changes:
     def drop(self) -> None:
         """Drop the waiting changes, whose sender is gone."""
         self._waiting.clear()
-        self._bytes = 0
+        self.waiting_bytes = 0
 
     async def _work(self) -> None:
         try:

@@ -22,7 +22,7 @@ from service.operations.metrics import Metrics
 from service.operations.settings import Settings
 from service.problems import Problem
 from service.sessions.fixed_output import changed_scene
-from service.sessions.scene_changes import Changes, Waiting, merged
+from service.sessions.scene_changes import WAITING_BYTES, Changes, Waiting, merged
 from service.sessions.voice_stream import Kind, VoiceStream
 from service.sinks.player import Player
 from synth.errors import RidgewaveError
@@ -178,6 +178,10 @@ class Session:
     def change_live(self, patch: Mapping[str, Any], size: int) -> None:
         """Do the same for a live session. size: of the text of `patch`, in bytes. The connection reports a refusal."""
         self._changes.add(Waiting(lambda: patch, size, self._tell_peer))
+
+    def has_too_many_changes(self, size: int) -> bool:
+        """Return whether so many changes wait that one more of `size` bytes could displace one."""
+        return self._changes.waiting_bytes > max(0, WAITING_BYTES - size)
 
     def detach(self, peer: Peer) -> None:
         """Release the session from `peer`, whose connection broke, and drop its waiting changes."""

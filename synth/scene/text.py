@@ -4,8 +4,9 @@ Stage: 1 (SCENE). Also used wherever a partial scene is read as text.
 Model: Python's readers and writers of JSON are C, and keep the interpreter from every other thread until they return:
     for 30 ms per MB of numbers, in which a service sends no sound. `object_from_text` therefore converts each number in
     a Python function, before which another thread may run (a fifth slower). `json_text` writes PIECE_NUMBERS at a time.
-Limits: the text is UTF-8, with or without a byte order mark. NaN and Infinity are read as numbers. Their fields refuse
-them later, with an error that is more useful than a position in the text.
+Limits: the text is UTF-8, with or without a byte order mark. NaN and Infinity are read as numbers, and whole numbers of
+thousands of digits as Infinity, as 1e999 is. Their fields refuse them later, with an error that is more useful than a
+position in the text.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from synth.scene.rules import MOST_FAULTS
 WANTED = "one JSON object"
 PIECE_NUMBERS = 1000  # written at a time: half a millisecond; with fewer, a row of three numbers costs more
 _WRITER = json.JSONEncoder(allow_nan=False, separators=(",", ":"))
+MOST_DIGITS = 400  # of a whole number; float64 ends at 309
 
 
 class _Repeated(dict[str, object]):
@@ -45,8 +47,6 @@ def object_from_text(text: str | bytes) -> dict[str, object]:
         raise _refusal(f"text that is not JSON at {place}", "Correct the text there.") from error
     except RecursionError as error:
         raise _refusal("JSON that is nested too deeply", "A scene needs four levels.") from error
-    except ValueError as error:
-        raise _refusal("a whole number with thousands of digits", "Write numbers within their range.") from error
     if not isinstance(document, dict):
         raise _refusal(f"JSON of another kind ({_json_kind(document)})", 'Write an object, such as {"texture": {}}.')
     if faults:
@@ -124,8 +124,8 @@ def _float(digits: str) -> float:
     return float(digits)
 
 
-def _whole(digits: str) -> int:
-    return int(digits)
+def _whole(digits: str) -> int | float:
+    return int(digits) if len(digits) <= MOST_DIGITS else float(digits)  # `int` refuses thousands of digits
 
 
 def _fields(pairs: list[tuple[str, object]], repeated: list[_Repeated]) -> dict[str, object]:

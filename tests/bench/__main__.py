@@ -10,13 +10,14 @@
     python -m tests.bench fingertip
     python -m tests.bench floods
     python -m tests.bench inputs
+    python -m tests.bench lock-step
 
 Parts: solver, voice, limiter, response, effects (each on one core), service, processes; --long adds an hour's render.
-`live`, `page`, `table`, `direct`, `layered`, `choices`, `fingertip`, `floods` and `inputs` run only where they are
-named: `live` loads a service with streams for minutes, `page` needs a browser, `table` and `layered` measure tables,
-`direct` voices without one, `choices` opens textures of the catalogue, `fingertip` compares 200 renders with brute
-force, which takes an hour, `floods` floods a service, and `inputs` sends it the largest inputs, which takes half an
-hour.
+`live`, `page`, `table`, `direct`, `layered`, `choices`, `fingertip`, `floods`, `inputs` and `lock-step` run only where
+they are named: `live` loads a service with streams for minutes, `page` needs a browser, `table` and `layered` measure
+tables, `direct` voices without one, `choices` opens textures of the catalogue, `fingertip` compares 200 renders with
+brute force, which takes an hour, `floods` floods a service, `inputs` sends it the largest inputs, which takes half an
+hour, and `lock-step` pulls a minute of sound block by block.
 Nothing here passes or fails: a figure over its limit is marked OVER. docs/benchmarks.md explains each line.
 """
 
@@ -40,6 +41,7 @@ from tests.bench import (
     bench_layered,
     bench_limiter,
     bench_live,
+    bench_lock_step,
     bench_page,
     bench_processes,
     bench_response,
@@ -71,6 +73,7 @@ BY_NAME: dict[str, Measure] = {  # only where named
     "fingertip": bench_fingertip.figures,
     "floods": bench_floods.figures,
     "inputs": bench_largest_inputs.figures,
+    "lock-step": bench_lock_step.figures,
 }
 ON_ONE_CORE = ("solver", "voice", "limiter", "response", "effects", "table")
 HEADER = f"{'figure':35} {'median':>9} {'least':>9} {'unit':8} {'limit':>6} {'':6}  how"

@@ -201,3 +201,14 @@ def test_a_request_out_of_all_measure_is_refused_and_the_service_goes_on(running
     answer = raw(running, text)
     assert not answer.startswith(b"HTTP/1.1 5"), answer[:400]
     assert running.client.get("/healthz").status_code == 200
+
+
+@pytest.mark.parametrize(
+    "text", [b"nonsense\r\n\r\n", b"GET /healthz HTTP/1.1\r\nHost localhost\r\n\r\n", b"\x16\x03\x01\x02\x00"]
+)
+def test_what_is_no_http_gets_a_problem_document(running: Running, text: bytes) -> None:
+    head, _, body = raw(running, text + b"\r\n\r\n").partition(b"\r\n\r\n")
+    lines = head.lower().split(b"\r\n")
+    assert lines[0] == b"http/1.1 400 bad request"
+    assert b"content-type: " + MEDIA_TYPE.encode() in lines and b"connection: close" in lines
+    assert b"content-length: %d" % len(body) in lines and json.loads(body)["type"] == "/docs#problem-bad-request"

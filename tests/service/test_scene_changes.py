@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import threading
 from collections.abc import Sequence
 from typing import Any
@@ -126,6 +127,18 @@ def test_of_a_thousand_live_changes_the_last_is_heard(running: Running, engine: 
         until(lambda: bool(engine.hands[-1].applied.scenes))
         last = 0.05 + 1e-5 * 999
         until(lambda: engine.hands[-1].applied.scenes[-1][1].scan.speed == pytest.approx(last))
+        assert client.texts("problem") == []
+
+
+def test_live_changes_of_any_size_wait_and_none_is_dropped(running: Running, engine: PlainEngine) -> None:
+    """Some 2.5 MB of them: ten times what may wait."""
+    with live(running.url) as client:
+        client.hello(pacing="realtime", block=480)
+        for number in range(41):
+            patch = json.dumps({"type": "scene", "scene": {"scan": {"speed": 0.05 + 1e-3 * number}}})
+            client.socket.send(patch + " " * 60_000)
+        until(lambda: bool(engine.hands[-1].applied.scenes))
+        until(lambda: engine.hands[-1].applied.scenes[-1][1].scan.speed == pytest.approx(0.09))
         assert client.texts("problem") == []
 
 

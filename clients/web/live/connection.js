@@ -4,7 +4,7 @@ Model: frames are counted from the first of the session; `frame` is the number r
 break the next connection resumes at `frame`, so no sample is lost or comes twice. If the session is gone (the service
 was restarted, or the break was too long), a new session is opened with the same scene, changes and contact. Its frames
 begin at 0, and the event "ready" has `renewed`. At most one contact update waits; a newer one replaces it. It is sent
-before the next credit. A contact with x and y is sent as a position where the texture is along a line, or the service
+with the next credit. A contact with x and y is sent as a position where the texture is along a line, or the service
 speaks only version 1 of the protocol.
 Where the limiter acted, `unlimited` of a block holds its samples before the limiter; elsewhere it is `samples`.
 Events (CustomEvent, `detail`): ready {ready, renewed}, block {frame, samples, unlimited}, applied {seq, frame}, scene {frame, plan},
@@ -100,10 +100,10 @@ export class LiveConnection extends EventTarget {
   /** Grants credit for further frames. Without effect unless the stream is live: credit ends with a connection. */
   grant(frames) {
     if (this.state !== "live" || frames < 1) return;
-    if (this.#contact && !this.#contact.sent) this.#sendContact();
     if (this.outstanding === 0) this.#receivedAt = now();
     this.outstanding += frames;
-    this.#send({ type: "more", frames });
+    if (this.#contact && !this.#contact.sent) this.#sendContact(frames);
+    else this.#send({ type: "more", frames });
   }
 
   /** Ends the stream. Its fade comes without credit; the event "ended" follows. */
@@ -265,10 +265,11 @@ export class LiveConnection extends EventTarget {
     this.#dispatch("ended", { reason, problem: this.#problem, frame: this.frame });
   }
 
-  #sendContact() {
+  /** Sends the newest contact update. more: credit that goes with it, frames. */
+  #sendContact(more = 0) {
     this.#contact.sent = true;
     this.#sentAt = now();
-    this.#send(packContact(this.overArea ? this.#contact : alongLine(this.#contact)));
+    this.#send(packContact({ ...(this.overArea ? this.#contact : alongLine(this.#contact)), more }));
   }
 
   #sendChanges() {

@@ -1,18 +1,18 @@
 /* Contact updates as bytes (docs/live.md), little-endian: a position or a speed in 28 bytes, `struct` format
-`<BBHIddf`; a place in 40 bytes, `<BBHIdddff`, which version 2 of the protocol reads.
+`<BBHIddf`; a place in 40 bytes, `<BBHIdddff`, which version 2 of the protocol reads. Credit is a u32 after either.
 
 Model: a position is how far the surface has moved under the finger. A place is where the finger is on the surface. Each
 is the negative of the other. */
 
 const [VERSION, PLACE_VERSION] = [1, 2];
 const [IS_SPEED, NO_LOAD, NO_DIRECTION] = [1, 2, 4];
-const [BYTES, PLACE_BYTES] = [28, 40];
+const [BYTES, PLACE_BYTES, CREDIT_BYTES] = [28, 40, 4];
 
 const isGiven = (value) => value !== undefined && value !== null;
 
 /** Returns the bytes of one update.
  *  seq: integer, 0 to 2**32 - 1. time: s, of any origin. position: m, or speed: m/s, or x and y: m. direction: rad, with
- *  x and y; absent: unchanged. load: N; absent: unchanged. */
+ *  x and y; absent: unchanged. load: N; absent: unchanged. more: credit, frames; absent: none. */
 export function packContact(contact) {
   const { seq, time, position, speed, x, y, direction, load } = contact;
   const isPlace = isGiven(x) && isGiven(y);
@@ -20,7 +20,8 @@ export function packContact(contact) {
   if (ways !== 1 || isGiven(x) !== isGiven(y) || (isGiven(direction) && !isPlace)) {
     throw new TypeError("A contact update has a position, a speed, or x and y: pass exactly one of them.");
   }
-  const view = new DataView(new ArrayBuffer(isPlace ? PLACE_BYTES : BYTES));
+  const size = isPlace ? PLACE_BYTES : BYTES;
+  const view = new DataView(new ArrayBuffer(contact.more ? size + CREDIT_BYTES : size));
   view.setUint8(0, isPlace ? PLACE_VERSION : VERSION);
   view.setUint8(1, flagsOf(contact, isPlace));
   view.setUint16(2, 0, true);
@@ -32,6 +33,7 @@ export function packContact(contact) {
     view.setFloat32(32, direction ?? 0, true);
   }
   view.setFloat32(isPlace ? 36 : 24, load ?? 0, true);
+  if (contact.more) view.setUint32(size, contact.more, true);
   return view.buffer;
 }
 

@@ -7,8 +7,6 @@ which belongs to the hand, nor the full scale, which is fixed for a stream. */
 import { copyOf, partBetween, same, withField } from "../scene/merge.js";
 import { quantityOf } from "../scene/quantities.js";
 
-const DROPPED = /#problem-too-fast$/;
-const AGAIN = 1100; // ms until the service accepts messages again: it drops excess messages until the second is over
 const HEADROOM = 1.25; // over the full scale that the limiter called for: later strokes may be stronger
 
 /** Returns `scene` with the full scale of the stream `ready`, so that a further stream is equally loud. Returns `scene`
@@ -46,9 +44,6 @@ export class StreamScene {
     Object.assign(this, { connection, held: scene, wanted: scene, onChange });
     connection.addEventListener("scene", () => this.#asked && this.#answered(this.#asked));
     connection.addEventListener("refused", () => this.#asked && this.#answered(this.held, this.#asked));
-    connection.addEventListener("problem", ({ detail }) => {
-      if (this.#asked && DROPPED.test(detail.problem.type)) setTimeout(() => this.#ask(), AGAIN);
-    });
   }
 
   /** Whether a change is in progress. */

@@ -81,9 +81,12 @@ def problem(name: str, status: int, detail: str, errors: list[dict[str, str]] | 
     return json.dumps({**document, "detail": detail, "errors": errors or []})
 
 
-def form(message: bytes) -> struct.Struct:
-    """Return the form of a contact update by its version."""
-    return PLACE if message[0] == 2 else CONTACT
+def unpacked(message: bytes) -> tuple[tuple[Any, ...], int]:
+    """Return the fields of a contact update by its version, and its credit."""
+    form = PLACE if message[0] == 2 else CONTACT
+    credit = message[form.size :]
+    assert len(credit) in (0, 4)
+    return form.unpack(message[: form.size]), int.from_bytes(credit, "little")
 
 
 @dataclass
@@ -113,7 +116,7 @@ class Service:
         return [message for message in texts if message["type"] == kind]
 
     def contacts(self) -> list[tuple[Any, ...]]:
-        return [form(message).unpack(message) for message in self.said if isinstance(message, bytes)]
+        return [unpacked(message)[0] for message in self.said if isinstance(message, bytes)]
 
 
 class Peer:
@@ -194,12 +197,17 @@ class Peer:
         )  # fmt: skip
 
     def _more(self, document: dict[str, Any]) -> None:
-        assert 1 <= document["frames"] <= 10_000_000
-        self.credit += document["frames"]
+        assert document["frames"] >= 1
+        self._grant(document["frames"])
+
+    def _grant(self, frames: int) -> None:
+        assert frames <= 10_000_000
+        self.credit += frames
         assert self.credit <= 60 * RATE
 
     def _contact(self, message: bytes) -> None:
-        version, flags, finger, seq, _, value, *_, load = form(message).unpack(message)
+        (version, flags, finger, seq, _, value, *_, load), credit = unpacked(message)
+        self._grant(credit)
         assert version == 1 or (version == 2 and self.service.protocol == "ridgewave.v2" and not flags & 1)
         assert finger == 0 and flags <= (3 if version == 1 else 7) and self.session is not None
         if load > 500.0:

@@ -32,23 +32,37 @@ def test_an_update_that_replaces_another_keeps_the_load_and_the_direction_that_i
     assert sent(protocol) == [wire_messages.contact(4, protocol.clock(), 0.2, False, 0.75).message()]
 
 
-def test_an_update_is_sent_before_the_credit_of_the_next_read() -> None:
+def test_an_update_is_sent_with_the_credit_of_the_next_read() -> None:
     protocol = opened()
     protocol.update_contact(0.1, False, 0.1)
     protocol.want(80)
-    assert [isinstance(message, bytes) for message in sent(protocol)] == [True, False]
+    assert sent(protocol) == [wire_messages.contact(0, protocol.clock(), 0.1, False, 0.1).message(80)]
+    protocol.update_place((0.1, 0.2), 0.5, 0.25)
+    protocol.want(100)
+    assert sent(protocol) == [wire_messages.place(1, protocol.clock(), (0.1, 0.2), 0.5, 0.25).message(20)]
+
+
+def test_a_change_is_sent_between_an_update_and_the_credit() -> None:
+    protocol = opened()
+    protocol.update_contact(0.1, False, 0.1)
+    protocol.change({"scan": {"load": 0.5}})
+    protocol.want(80)
+    contact, change, more = sent(protocol)
+    assert isinstance(contact, bytes) and len(contact) == fake_live.CONTACT.size
+    assert change == '{"type":"scene","scene":{"scan":{"load":0.5}}}' and more == '{"type":"more","frames":80}'
 
 
 def test_a_flood_of_updates_does_not_delay_the_credit() -> None:
     protocol = opened()
     protocol.update_contact(0.1, False, 0.1)
     protocol.want(80)
-    kinds = []
+    credits = []
     for step in range(3):
         message = protocol.next_message()
-        kinds.append(isinstance(message, bytes))
+        assert isinstance(message, bytes)
+        credits.append(fake_live.unpacked(message)[1])
         protocol.update_contact(0.1 * step, False, 0.1)
-    assert kinds == [True, False, True]
+    assert credits == [80, 0, 0]
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
 PACK = "(contacts) => contacts.map((contact) => [...new Uint8Array(modules.packContact(contact))])"
+CREDIT = struct.pack("<I", 480)
 REFUSED = """(contact) => {
   try {
     modules.packContact(contact);
@@ -29,6 +30,11 @@ REFUSED = """(contact) => {
 
 def expected(contact: dict[str, Any]) -> bytes:
     """Return the bytes that docs/live.md asks for."""
+    credit = contact.get("more", 0)
+    return without_credit(contact) + (struct.pack("<I", credit) if credit else b"")
+
+
+def without_credit(contact: dict[str, Any]) -> bytes:
     if "x" in contact:
         turn, load = contact.get("direction"), contact.get("load")
         flags = 2 * (load is None) | 4 * (turn is None)
@@ -51,6 +57,7 @@ def contacts() -> list[dict[str, Any]]:
         contact = {"seq": chance.randrange(2**32), "time": chance.uniform(0, 1e6)}
         across, turn = chance.uniform(-1e3, 1e3), chance.choice([{}, {"direction": chance.uniform(-1e3, 1e3)}])
         contact |= chance.choice([{"position": value}, {"speed": value}, {"x": value, "y": across} | turn])
+        contact |= chance.choice([{}, {"more": 480}, {"more": 0}, {"more": 10_000_000}])
         made.append(contact | chance.choice([{}, {"load": chance.uniform(-1, 1e3)}, {"load": 0}]))
     return made
 
@@ -163,7 +170,8 @@ def test_a_place_without_load_and_direction_is_sent_with_the_last_ones(functions
     }
     places = [{"x": 0.5, "y": 0.25, "direction": 1.5, "load": 0.5}, {"x": 0.25, "y": 0.25}, {"x": 0.125, "y": 0.25}]
     found = functions.evaluate(WITHOUT_LOAD, {"ready": ready, "places": places, "wait": 50})
-    before, after = ([struct.unpack("<BBHIdddff", bytes(one))[3:] for one in updates] for updates in found)
+    before, after = ([struct.unpack("<BBHIdddff", bytes(one)[:40])[3:] for one in updates] for updates in found)
+    assert [[bytes(one)[40:] for one in updates] for updates in found] == [[b"", CREDIT], [b""]]
     assert before == [(0, 2.0, 0.5, 0.25, 1.5, 0.5), (2, 2.0, 0.125, 0.25, 1.5, 0.5)]
     assert after == [(3, 2.0, 0.75, 0.5, 1.5, 0.5)]
 

@@ -1,9 +1,9 @@
-"""Peers that send as fast as they can are closed, and disturb no other stream.
+"""Peers that send as fast as they can wait in the network, and disturb no other stream.
 
 Model: `tests.bench.flood` floods from its own process, beside another stream (`tests.bench.bench_floods` measures the
-    same for longer). The test asserts that the other stream misses no block, and that every flooding connection is
-    closed with 1008. In one of `ATTEMPTS` runs the largest gap of the other stream is below `GAP_MS`; other work on
-    the machine delays it too.
+    same for longer). The test asserts that the other stream misses no block, and that every flooding connection stays
+    open, is told once at most, and gets its own sound. In one of `ATTEMPTS` runs the largest gap of the other stream
+    is below `GAP_MS`; other work on the machine delays it too.
 """
 
 from __future__ import annotations
@@ -18,8 +18,7 @@ from tests.bench.flood import KINDS
 from tests.service.harness import Child, roomy_environment
 
 ATTEMPTS = 3
-LONGEST = 15.0  # s, for a busy machine to close eight peers; they are closed after 1 to 5
-POLICY = 1008
+SECONDS = 2.0  # of each flood
 QUICK = {("pings", 8), ("fragments", 1)}
 
 pytestmark = pytest.mark.alone
@@ -43,13 +42,13 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, int,
         for connections in (1, 8)
     ],
 )
-def test_a_flood_makes_nobody_late_and_is_closed(served: tuple[str, int, Path], kind: str, connections: int) -> None:
+def test_a_flood_makes_nobody_late_and_waits(served: tuple[str, int, Path], kind: str, connections: int) -> None:
     gaps = []
     for _ in range(ATTEMPTS):
-        (gap, missing), peers = flooded(kind, connections, LONGEST, *served)
+        (gap, missing), peers = flooded(kind, connections, SECONDS, *served)
         assert missing.value == 0
-        assert [peer["code"] for peer in peers] == [POLICY] * connections
-        assert all(peer["problems"]["too-fast"] for peer in peers)
+        assert not any(peer["closed"] for peer in peers), peers
+        assert all(peer["problems"].get("too-fast", 0) <= 1 and peer["blocks"] for peer in peers), peers
         gaps.append(gap.value)
         if gap.value <= GAP_MS:
             return

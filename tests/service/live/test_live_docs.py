@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from service.live.actions import CODES
-from service.live.contact_update import LAYOUT, PLACE_LAYOUT
+from service.live.contact_update import CREDIT, CREDIT_SIZES, LAYOUT, PLACE_LAYOUT
 from service.live.messages import V2, VERSIONS
 from tests.readme_blocks import code_blocks
 from tests.service.harness import kept_engine, serving
@@ -65,13 +65,14 @@ def test_the_conversation_of_the_page_is_had_with_the_service() -> None:
 
 
 def test_the_hexadecimal_examples_say_what_the_page_says_of_them() -> None:
-    example, place = (block.text for block in code_blocks(PAGE) if re.match(r"[0-9a-f]{2} ", block.text))
+    example, credit, place = (block.text for block in code_blocks(PAGE) if re.match(r"[0-9a-f]{2} ", block.text))
+    assert credit.strip() == f"{example.strip()} {CREDIT.pack(480).hex(' ')}"
     assert LAYOUT.unpack(bytes.fromhex(example)) == (1, 1, 0, 1, 12.5, 0.08, 0.5)
     assert PLACE_LAYOUT.unpack(bytes.fromhex(place)) == (2, 0, 0, 5, 12.5, 0.02, 0.0075, 0.5, 0.25)
     assert f"C {example.strip()}" in TRANSCRIPT
     offsets = [int(row) for row in re.findall(r"^\| (\d+) \| [uf]\d", PAGE, re.M)]
     assert offsets == [0, 1, 2, 4, 8, 16, 24, 0, 1, 2, 4, 8, 16, 24, 32, 36]
-    assert (LAYOUT.size, PLACE_LAYOUT.size) == (28, 40)
+    assert (LAYOUT.size, PLACE_LAYOUT.size, *CREDIT_SIZES) == (28, 40, 32, 44)
 
 
 def test_every_message_field_and_code_is_on_the_page() -> None:

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import json
-
 import pytest
 
-from service.live.message_limits import MOST_BYTES
 from service.live.replay_buffer import KEPT_BYTES, kept_frames
 from tests.service.harness import Running, serving, until
 from tests.service.live.client import live
-from tests.service.live.driver import Driver
 from tests.service.plain_engine import PlainEngine
 from tests.service.scraping import scrape
 
@@ -78,14 +74,3 @@ def test_the_oldest_recordings_of_ended_sessions_go_where_the_memory_does(monkey
 
 def used(running: Running) -> float:
     return scrape(running.client).value("live_bytes")
-
-
-def test_what_is_said_before_the_stream_is_there_has_a_bound_in_bytes() -> None:
-    driver = Driver()
-    driver.holding = True
-    driver.say("hello")
-    patch = json.dumps({"type": "scene", "scene": {"texture": {"period": 0.001}}}) + " " * 60_000
-    for _ in range(100):
-        driver.text(patch)
-    held = driver.machine._early.take()
-    assert sum(map(len, held)) <= MOST_BYTES and len(held) == MOST_BYTES // len(patch)

@@ -38,7 +38,8 @@ def test_outstanding_credit_is_bounded_to_a_minute() -> None:
 def test_there_is_no_credit_in_realtime() -> None:
     driver = started()
     driver.say("more", frames=48000)
-    assert problem_of(driver)["errors"][0]["pointer"] == "/type"
+    fault = problem_of(driver)["errors"][0]
+    assert fault["pointer"] == "/frames" and fault["allowed"] == "no credit with pacing realtime"
     driver.run(0.1)
     assert len(driver.blocks()) == 11
 

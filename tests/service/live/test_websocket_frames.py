@@ -20,9 +20,10 @@ ENDLESS = 60.0  # s: a turn that its clock does not end
 class Taken:
     """A receiver that keeps its messages, and a parser."""
 
-    def __init__(self, allowed: int = 10**9) -> None:
+    def __init__(self, room: int = 10**9) -> None:
         self.messages: list[str | bytes] = []
-        self.frames, self.most_behind, self.allowed = 0, 0, allowed
+        self.sizes: list[int] = []
+        self.room = room
         self.controls: list[tuple[int, bytes]] = []
         self.invalid = 0
         self.conn = ServerProtocol(max_size=1 << 16, state=State.OPEN)
@@ -32,12 +33,14 @@ class Taken:
     def message(self, message: str | bytes) -> None:
         self.messages.append(message)
 
-    def frame(self) -> bool:
-        self.frames += 1
-        return self.frames <= self.allowed
+    def frame(self, size: int) -> None:
+        self.sizes.append(size)
 
-    def behind(self, frames: int) -> None:
-        self.most_behind = max(self.most_behind, frames)
+    def pause(self) -> float:
+        return 0.0 if len(self.sizes) < self.room else 0.5
+
+    def behind(self, seconds: float) -> None:
+        raise AssertionError("the reader knows no time")
 
     def _control(self, one: Frame) -> None:
         self.controls.append((int(one.opcode), bytes(one.data)))
@@ -136,33 +139,46 @@ def test_a_turn_ends_by_its_clock_too(monkeypatch: pytest.MonkeyPatch) -> None:
     assert taken.messages == []
 
 
-def test_frames_are_counted_in_a_row_until_the_peer_is_up_to_date() -> None:
-    taken, ping = Taken(), frame(PING, b"")
-    taken.all(10 * TURN_WORK * ping)
-    taken.all(10 * TURN_WORK * ping)
-    assert 19 * TURN_WORK < taken.most_behind <= 20 * TURN_WORK
-    taken.all(ping)
-    taken.most_behind = 0
-    taken.all(2 * TURN_WORK * ping)
-    assert taken.most_behind <= 2 * TURN_WORK
-    taken.all(20 * frame(BINARY, bytes(60_000)))
-    assert taken.most_behind > 20 * 58, "bytes count as well"
+def test_every_frame_is_counted_once_with_its_size_wherever_it_is_cut() -> None:
+    contact, ping, part_of, large = frame(BINARY, bytes(28)), frame(PING, b"?"), part(TEXT, b"", last=False), 60_000
+    sent = [contact, ping, part_of, frame(PONG, b""), part(CONTINUATION, b"", last=True), frame(BINARY, bytes(large))]
+    for step in (1, 7, 1000, 70_000):
+        taken, data = Taken(), b"".join(sent)
+        for start in range(0, len(data), step):
+            taken.all(data[start : start + step])
+        assert taken.sizes == [len(one) for one in sent], step
 
 
-def test_pings_past_the_rate_and_pongs_that_nobody_asked_for_are_not_read() -> None:
-    taken = Taken(allowed=10)
-    taken.all(50 * frame(PING, b"!") + 50 * frame(PONG, b"?"))
-    assert taken.controls == [(int(Opcode.PING), b"!")] * 10 and taken.frames == 100
+def test_nothing_is_read_while_the_receiver_takes_no_more_and_nothing_is_lost() -> None:
+    said = [bytes([number]) for number in range(9)]
+    for at_once in (True, False):
+        taken = Taken(room=0)
+        pieces = [b"".join(frame(BINARY, one) for one in said)] if at_once else [frame(BINARY, one) for one in said]
+        for piece in pieces:
+            assert not taken.reader.take_whole(piece) and not taken.reader.take(piece)
+        assert taken.messages == [] and taken.reader.pause == 0.5
+        for room in range(1, 10):
+            taken.room = room
+            assert taken.reader.read() is (room == 9) and taken.messages == said[:room]
+        assert taken.reader.pause == 0.0 and taken.reader.take_whole(frame(BINARY, b"x")) is False
+        taken.room = 99
+        assert taken.reader.take_whole(frame(BINARY, b"x")) and taken.messages[-1] == b"x"
+
+
+def test_a_pong_that_nobody_asked_for_is_not_parsed() -> None:
+    taken = Taken()
+    taken.all(3 * frame(PING, b"!") + 50 * frame(PONG, b"?"))
+    assert taken.controls == [(int(Opcode.PING), b"!")] * 3 and len(taken.sizes) == 53
     taken.reader.awaits_pong = True
     taken.all(frame(PONG, b"mine"))
-    assert taken.controls[-1] == (int(Opcode.PONG), b"mine"), "past the rate as well: else the peer seems dead"
+    assert taken.controls[-1] == (int(Opcode.PONG), b"mine")
 
 
 def test_a_message_of_endless_empty_parts_takes_no_memory() -> None:
     taken = Taken()
     taken.all(part(TEXT, b"abc", last=False))
     taken.all(10_000 * part(CONTINUATION, b"", last=False))
-    assert taken.reader._parts == b"abc" and taken.frames == 10_001
+    assert taken.reader._parts == b"abc" and len(taken.sizes) == 10_001
     taken.all(part(CONTINUATION, b"d", last=True))
     assert taken.messages == ["abcd"]
 

@@ -338,7 +338,6 @@ def text_faults_of(text: str | bytes) -> tuple[Fault, ...]:
         (b"\xff\xfe{\x00}\x00", "UTF-8"),
         ("[" * 200_000, "levels"),
         ('{"a":' * 100_000, "levels"),
-        ('{"texture": {"period": ' + "9" * 5000 + "}}", "range"),
     ],
 )
 def test_text_that_is_not_one_json_object_is_refused(text: str | bytes, words: str) -> None:
@@ -347,7 +346,7 @@ def test_text_that_is_not_one_json_object_is_refused(text: str | bytes, words: s
     assert words in faults[0].hint
 
 
-@pytest.mark.parametrize("number", ["NaN", "Infinity", "-Infinity", "1e999", "-1e999", "1" + "0" * 400])
+@pytest.mark.parametrize("number", ["NaN", "Infinity", "-Infinity", "1e999", "-1e999", "1" + "0" * 400, "9" * 5000])
 def test_numbers_that_are_not_finite_are_refused_at_their_field(number: str) -> None:
     faults = text_faults_of(f'{{"texture": {{"period": {number}}}}}')
     assert [fault.pointer for fault in faults] == ["/texture/period"]
