@@ -7,20 +7,26 @@ and compresses is replaced by what also records sizes, and whether an event loop
 from __future__ import annotations
 
 import asyncio
+import io
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, cast
 
+import numpy as np
 import pytest
 from fastapi import FastAPI
 from starlette.middleware.gzip import GZipResponder
+from starlette.types import Message, Receive, Scope, Send
 
 from service.app import create_app
 from service.http.content_negotiation import APART
 from service.http.reference import Reference
-from synth.scene.scene import Scene, parse_scene
+from service.http.routes.imported_textures import PIECE_BYTES
+from synth.scene import scene
+from synth.scene.scene import parse_scene
+from synth.surfaces.surface_data import SurfaceData
 from synth.voice.hand_voice import HandVoice
 from tests.bench.largest_inputs import LEFT_OUT, kinds, recording
 from tests.service.harness import Running, ask, kept_engine, settings_of
@@ -54,7 +60,7 @@ def made(monkeypatch: pytest.MonkeyPatch) -> Made:
     watch(json.JSONDecoder, "decode", lambda arguments, _: len(arguments[1]))
     watch(json.JSONEncoder, "encode", lambda _, result: len(result))
     watch(GZipResponder, "_compress_body", lambda arguments, _: len(arguments[1]))
-    watch(Scene, "document", lambda arguments, _: 20 * len(arguments[0].scan.trajectory or ()))
+    watch(scene.Scene, "document", lambda arguments, _: 20 * len(arguments[0].scan.trajectory or ()))
     watch(FastAPI, "openapi", lambda _, result: len(result["paths"]) * 1000)
     return found
 
@@ -189,3 +195,25 @@ def test_the_files_of_an_import_are_deleted_in_a_thread(
     answer = ask(app, "POST", "/v1/textures?dry_run=true", files={"file": ("scan.csv", heights)}, data=fields)
     assert answer.status_code == 200, answer.text
     assert deleted == [False]
+
+
+def test_an_export_is_sent_in_pieces(engine: PlainEngine, tmp_path: Path) -> None:
+    app = create_app(settings_of(data_folder=tmp_path), engine)
+    heights = np.random.default_rng(1).normal(size=(400, 500)).astype(np.float32) * np.float32(1e-6)
+    own = app.state.service.textures
+    own.store.keep("", "cloth", SurfaceData(heights, (1e-5, 1e-5)), "heightmap", {"file": "cloth.npy"}, own.quota)
+    sizes: list[int] = []
+
+    async def watched(scope: Scope, receive: Receive, send: Send) -> None:
+        async def counted(message: Message) -> None:
+            sizes.append(len(message.get("body", b"")))
+            await send(message)
+
+        await app(scope, receive, counted)
+
+    answer = ask(cast(FastAPI, watched), "GET", "/v1/textures/cloth/surface")
+    assert answer.status_code == 200, answer.text
+    assert int(answer.headers["content-length"]) == len(answer.content) == sum(sizes)
+    assert np.array_equal(np.load(io.BytesIO(answer.content)), heights)
+    assert max(sizes) <= PIECE_BYTES < len(answer.content)
+    app.state.service.finish()

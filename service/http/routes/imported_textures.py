@@ -5,13 +5,14 @@ from __future__ import annotations
 import asyncio
 import shutil
 import tempfile
+from collections.abc import AsyncIterator
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Query, Request
 from pydantic import BaseModel, ConfigDict, Field
-from starlette.responses import JSONResponse, Response
+from starlette.responses import JSONResponse, Response, StreamingResponse
 
 from service.compute.import_process import NO_ROOM, Uploaded
 from service.http import openapi
@@ -30,6 +31,7 @@ from synth.scene.text import object_from_text
 
 router = APIRouter(tags=["textures"])
 NO_STORE = {"Cache-Control": "no-store"}
+PIECE_BYTES = 1 << 18  # of an export, sent at once: 0.1 ms of copying
 TEXT = {"type": "string"}
 OPTIONS = {
     "unit": "Unit of the numbers: m, cm, mm, um, nm or inch; or two, of x and of the heights, as in mm, um.",
@@ -213,7 +215,14 @@ async def surface(request: Request, name: str, parameters: Annotated[ExportParam
         raise _no_texture(name)
     content = await asyncio.to_thread(_exported, service_of(request), found, parameters.format)
     attachment = {"Content-Disposition": f'attachment; filename="{name}.{parameters.format}"'}
-    return Response(content, headers=NO_STORE | attachment, media_type="application/octet-stream")
+    headers = NO_STORE | attachment | {"Content-Length": str(len(content))}
+    return StreamingResponse(_pieces(content), headers=headers, media_type="application/octet-stream")
+
+
+async def _pieces(content: bytes) -> AsyncIterator[bytes]:
+    """Yield `content` in pieces: the server copies each, and copying 64 MB at once takes 0.1 s of the event loop."""
+    for begin in range(0, len(content), PIECE_BYTES):
+        yield content[begin : begin + PIECE_BYTES]
 
 
 def _exported(service: Service, texture: StoredTexture, file_format: str) -> bytes:

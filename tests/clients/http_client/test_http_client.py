@@ -90,7 +90,7 @@ def test_a_sound_is_saved_with_its_scale_and_scene(client: Client, tmp_path: Pat
     assert rate == 48000 and np.abs(frames - sound.frames).max() <= 1 / 32768
     metadata = read_metadata(path)
     assert metadata is not None and metadata.full_scale == (FULL_SCALE,)
-    assert metadata.scene["output"]["duration"] == 0.1
+    assert isinstance(metadata.scene, dict) and metadata.scene["output"]["duration"] == 0.1
 
 
 def test_a_name_that_is_no_sound_file_is_refused(client: Client, tmp_path: Path) -> None:

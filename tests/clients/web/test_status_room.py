@@ -136,7 +136,7 @@ def test_no_texture_and_no_warning_moves_what_is_touched(chromium: Browser, serv
             page.evaluate("""(name) => { const menu = document.getElementById("texture"); menu.value = name;
               menu.dispatchEvent(new Event("change")); }""", name)  # fmt: skip
             places.add(tuple(page.evaluate(PLACES, TOUCHED)))
-            heights.add(page.locator("#texture-about").bounding_box()["height"])
+            heights.add(page.locator("#texture-about").evaluate("(about) => about.offsetHeight"))
         assert len(heights) > 1, "the descriptions differ in length"
         for scene, hidden in ((WARNED, "false"), ({}, "true")):
             page.evaluate("(scene) => ridgewave.state.take(scene)", scene)
