@@ -19,6 +19,7 @@ from synth.scene.scene import Scene, parse_scene
 from tests.service.harness import LOCAL, Running, until
 from tests.service.live.client import live
 from tests.service.plain_engine import PlainEngine, PlainLive
+from tests.service.plain_hand import PlainHand
 
 SCENE = parse_scene({})
 
@@ -130,15 +131,26 @@ def test_of_a_thousand_live_changes_the_last_is_heard(running: Running, engine: 
         assert client.texts("problem") == []
 
 
-def test_live_changes_of_any_size_wait_and_none_is_dropped(running: Running, engine: PlainEngine) -> None:
-    """Some 2.5 MB of them: ten times what may wait."""
+def test_live_changes_of_any_size_wait_and_none_is_dropped(
+    running: Running, engine: PlainEngine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """1.2 MB of them, five times what may wait, come while the first one is being solved."""
+    solve, waited = PlainHand.prepare, threading.Event()
+
+    def slow(self: PlainHand, *arguments: Any) -> Any:
+        waited.wait(0.5)
+        return solve(self, *arguments)
+
+    monkeypatch.setattr(PlainHand, "prepare", slow)
     with live(running.url) as client:
         client.hello(pacing="realtime", block=480)
-        for number in range(41):
+        for number in range(21):
             patch = json.dumps({"type": "scene", "scene": {"scan": {"speed": 0.05 + 1e-3 * number}}})
             client.socket.send(patch + " " * 60_000)
         until(lambda: bool(engine.hands[-1].applied.scenes))
-        until(lambda: engine.hands[-1].applied.scenes[-1][1].scan.speed == pytest.approx(0.09))
+        until(lambda: engine.hands[-1].applied.scenes[-1][1].scan.speed == pytest.approx(0.07))
+        client.say("stop")
+        client.rest()
         assert client.texts("problem") == []
 
 
