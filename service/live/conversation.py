@@ -124,9 +124,9 @@ class Conversation:
         """Tell the client, once, that its messages have been waiting for `seconds`."""
         if seconds > WAITED_SECONDS and not self._told_behind and self.phase is Phase.STREAMING:
             self._told_behind = True
-            most = f"{self._settings.max_updates} messages a second are read (RIDGEWAVE_MAX_UPDATES)"
-            late = "the others wait, and motion and changes are heard late"
-            self._tell(Problem("too-fast", f"The client sends faster than it is read. {most}; {late}. Send fewer."))
+            most = f"At most {self._settings.max_updates} a second are read (RIDGEWAVE_MAX_UPDATES)"
+            rest = "and none while many changes of the scene wait. Motion and changes are heard late: send fewer."
+            self._tell(Problem("too-fast", f"Messages of this client have waited for a second. {most}, {rest}"))
 
     def refuse(self, problem: Problem) -> None:
         """Report a problem to the client; the stream continues."""
