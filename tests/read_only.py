@@ -21,6 +21,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("ridgewave", "synth", "service", "clients")
 NOBODY, STRANGER = 65534, 54321  # the second is in no list of users: it has no home even by name
+PROBE = "import numba, pydantic, fastapi, subprocess, sys; subprocess.run([sys.executable, '-c', ''], check=True)"
 MOUNTS = r"""
 cut -d' ' -f2 /proc/mounts | grep -v -e '^/proc' -e '^/sys' | while read -r place; do
     mount -o remount,bind,ro "$place" 2>/dev/null
@@ -52,7 +53,7 @@ def interpreter() -> str:
     name = f"python{sys.version_info.major}.{sys.version_info.minor}"
     told = ""
     for one in dict.fromkeys([sys.executable, f"/usr/local/bin/{name}", f"/usr/bin/{name}"]):
-        words = command([one, "-c", "import numba, pydantic, fastapi"], ROOT)
+        words = command([one, "-c", PROBE], ROOT)
         tried = subprocess.run(words, env=environment(ROOT), capture_output=True, text=True)
         if tried.returncode == 0:
             return one
