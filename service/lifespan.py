@@ -92,8 +92,7 @@ class Service:
         self.sessions = Sessions(engine, settings, self.solves, self.metrics)
         self.live = LiveConnections(self.sessions, settings, self.blocks)
         self.preparation = TexturePreparation(data_folder(settings.data_folder))
-        self.reference: Reference
-        """Of the application; it sets it."""
+        self.reference: Reference | None = None  # of the application, which sets it
         self.serves_only = False
         """Whether `warm_up` makes the reference, begins to prepare textures, and excludes the heap from garbage
         collection, because a full collection stops streams for 90 ms. False where the process does other work too, as
@@ -155,7 +154,8 @@ class Service:
             log.exception("our mistake: the default scene does not render; the service does not become ready")
             return
         if self.serves_only:
-            self.reference.make()
+            if self.reference is not None:
+                self.reference.make()
             gc.collect()
             gc.freeze()
         self.warm = True

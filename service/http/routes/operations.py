@@ -10,6 +10,7 @@ from starlette.requests import ClientDisconnect
 from starlette.responses import HTMLResponse, JSONResponse, PlainTextResponse, Response
 
 from service.http import openapi
+from service.http.reference import Reference
 from service.http.reference_page import CONTENT_SECURITY_POLICY
 from service.http.request_body import read_body
 from service.lifespan import service_of
@@ -95,7 +96,7 @@ async def metrics(request: Request) -> Response:
 )
 async def docs(request: Request) -> Response:
     """A page with all calls, problems and settings."""
-    reference = service_of(request).reference
+    reference = _reference(request)
     page = await asyncio.to_thread(lambda: reference.page)
     return HTMLResponse(page, headers={"Content-Security-Policy": CONTENT_SECURITY_POLICY})
 
@@ -103,6 +104,12 @@ async def docs(request: Request) -> Response:
 @router.get("/openapi.json", include_in_schema=False)
 async def openapi_document(request: Request) -> Response:
     """The OpenAPI document."""
-    reference = service_of(request).reference
+    reference = _reference(request)
     document = await asyncio.to_thread(lambda: reference.document)
     return Response(document, media_type="application/json")
+
+
+def _reference(request: Request) -> Reference:
+    found = service_of(request).reference
+    assert found is not None, "the application sets it"
+    return found
