@@ -70,8 +70,8 @@ def until(happened: Callable[[], bool], patience: float = PATIENCE) -> None:
 
 
 def settings_of(**changes: object) -> Settings:
-    """Return the default settings with `changes`, whatever the environment of the test run says."""
-    return read_settings({}, **{"port": 0, "prepare_textures": "off", **changes})
+    """Return the default settings with `changes`, whatever the environment and the load of the test run are."""
+    return read_settings({}, **{"port": 0, "prepare_textures": "off", "full_at": 1.0, **changes})
 
 
 def ask(app: FastAPI, method: str, path: str, *, base: str = LOCAL, **rest: Any) -> httpx.Response:
