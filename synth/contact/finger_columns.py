@@ -5,8 +5,8 @@ Model   A(x, l) is the integral over y of max(h1(x, y) - l, 0): the area above t
         In each column the surface is a polyline of close rows. A and N = -dA/dl, the width that lies above the level,
         are exact for the polyline at equal steps of l, and cubic between them.
 Source  Fagiani & Barbieri (2016), eq. 1. The columns are this project's.
-Limits  Columns, rows and levels are numerics: all become closer together with `coarser`, and the change is the error
-        that is told. Below the lowest level of a column A is linear in l only where the whole column touches, so the
+Limits  Samples, columns, rows and levels are numerics: all become closer together with `coarser`, and the change is the
+        error that is told. Below the lowest level of a column A is linear in l only where the whole column touches, so the
         levels must reach as deep as the finger is pressed in: `FingerSurface.columns` makes them deeper on demand.
 """
 
@@ -26,7 +26,8 @@ from synth.surfaces.ridge_field import WAVES, RidgeField
 
 Floats = np.ndarray[Any, np.dtype[np.float32]]
 
-SAMPLES = 24  # per ridge along and across: polynomials of degree 5 between them err by 1e-6 of the ridges
+SAMPLES = 24  # per ridge along and across: polynomials of degree 5 between them err by 1e-6 of the ridges and more
+ORDER = 6  # by which that error falls with the distance of the samples
 MOST_SAMPLES = 4000  # along or across: 128 MB; reached by fingertips of 38 mm, and at 100 mm they err by some 1e-4
 FEWEST_SAMPLES = 96  # over the length or the width of the smallest fingertip
 COLUMNS = 64  # per ridge, or FEWEST over the length
@@ -38,7 +39,7 @@ BENEATH = 0.25  # of that height: how far below the lowest level rows are known,
 SHALLOWEST = 0.75  # of that height: less deep columns are not made
 DEEPER = 1.3  # factor between the depths for which columns are made: a finger at many loads needs few
 MOST_SWELL = math.sqrt(2.0 * WAVES)  # bound of the random field of the ridges' heights
-SURFACES_KEPT, COLUMNS_KEPT = 4, 4  # 7 MB a surface, 1 to 30 MB the columns
+SURFACES_KEPT, COLUMNS_KEPT = 4, 4  # 9 MB a surface, and 14, 22 and 35 MB if finer; 1 to 30 MB the columns
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ class FingerSurface:
     def columns(self, depth: float, coarser: float) -> FingerColumns:
         """Return columns whose levels reach at least `depth` (m) below the top of the fingertip.
 
-        coarser: factor on the distance of columns and rows; that of levels has its root.
+        coarser: factor on the distance of columns and rows; that of levels has its root, that of samples its cube root.
         Deeper columns have the same values at the levels that they share, so results do not depend on the depth.
         """
         usual = self.footprint.depth + 2.0 * self.field.amplitude
@@ -98,13 +99,15 @@ class FingerSurface:
 
 
 @lru_cache(SURFACES_KEPT)
-def samples_of(surface: FingerSurface) -> tuple[float, float, Array]:
+def samples_of(surface: FingerSurface, coarser: float) -> tuple[float, float, Array]:
     """Return the distances of the samples along and across (m), and the heights (m) [along, across].
 
+    coarser: factor on the distance of columns. That of samples has the root by which the error of both is of order 2.
     There are BESIDE samples more than the oval needs on every side.
     """
     length, width = surface.footprint.reach
-    steps = [min(max(SAMPLES * one / surface.field.period, FEWEST_SAMPLES), MOST_SAMPLES) for one in (length, width)]
+    wanted = SAMPLES / coarser ** (2.0 / ORDER)
+    steps = [min(max(wanted * one / surface.field.period, FEWEST_SAMPLES), MOST_SAMPLES) for one in (length, width)]
     along, across = (one / math.ceil(count) for one, count in zip((length, width), steps, strict=True))
     counts = math.ceil(steps[0]), math.ceil(steps[1])
     x, y = (
@@ -120,11 +123,11 @@ def finger_columns(surface: FingerSurface, levels: int, drop: float, coarser: fl
 
     levels: their number.
     drop: their distance, m.
-    coarser: factor on the distance of columns and, as its root, of rows.
+    coarser: factor on the distance of columns; those of rows and samples follow from it.
     """
     (length, width), ridge = surface.footprint.reach, surface.field.period
     columns = math.ceil(max(COLUMNS * length / ridge, FEWEST) / coarser)
-    along, across, samples = samples_of(surface)
+    along, across, samples = samples_of(surface, coarser)
     x = (np.arange(columns) + 0.5) * (length / columns) - 0.5 * length
     chords = 0.5 * width * np.sqrt(np.maximum(1.0 - (2.0 * x / length) ** 2, 0.0)) / across
     places = (x + 0.5 * length) / along + BESIDE

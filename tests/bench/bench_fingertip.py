@@ -29,6 +29,7 @@ LOADS, SPEEDS = (0.1, 0.3, 1.0), ("40 mm/s", "80 mm/s", "160 mm/s")
 RANDOM, QUICK = 130, 6
 TOLERANCE = 1e-3
 SLOWEST = 12.0  # Hz: periods of the texture a second; below it brute force in the full band takes many minutes
+FASTEST = 500.0  # Hz: beyond it, 1 kHz leaves nothing or one harmonic
 
 
 def figures(quick: bool) -> list[Figure]:
@@ -65,7 +66,8 @@ def errors(most: int | None) -> list[Figure]:
     told, ratios = [], []
     for number, asked in enumerate([*named, *(random_scene(seed) for seed in range(RANDOM))][:most]):
         scene = rw.parse_scene(asked)
-        wide = number % 2 == 1 and scene.scan.speed / scene.texture.period > SLOWEST
+        turns = scene.scan.speed / scene.texture.period
+        wide = turns > (SLOWEST if number % 2 else FASTEST)
         found = render_errors(asked, TOLERANCE, bandwidth="full" if wide else "1 kHz")
         ratios.append(max(one.true / (one.told + one.doubt) for one in found))
         if asked in named:

@@ -53,6 +53,14 @@ def test_a_render_is_within_its_told_error_of_brute_force(seed: int) -> None:
         assert found.true <= found.told + found.doubt
 
 
+def test_the_samples_of_the_finger_are_part_of_the_told_error() -> None:
+    """What is left at fine columns and nodes is the error of the polynomials between the samples of the finger."""
+    asked = {"finger": FINGERTIP, "texture": {"kind": "grating-800um-40um"}, "scan": {"load": 0.1, "speed": "80 mm/s"}}
+    displacement = render_errors(asked, 1e-3)[0]
+    assert displacement.doubt < 0.5 * displacement.told
+    assert displacement.true <= displacement.told + displacement.doubt
+
+
 @pytest.mark.parametrize("pattern", PATTERNS)
 def test_the_surface_is_that_of_the_ridges_drawn_anew(pattern: str) -> None:
     size = {"contact_length": "4 mm", "contact_width": "3 mm"}
