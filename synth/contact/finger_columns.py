@@ -6,8 +6,8 @@ Model   A(x, l) is the integral over y of max(h1(x, y) - l, 0): the area above t
         are exact for the polyline at equal steps of l, and cubic between them.
 Source  Fagiani & Barbieri (2016), eq. 1. The columns are this project's.
 Limits  Samples, columns, rows and levels are numerics: all become closer together with `coarser`, and the change is the
-        error that is told. Below the lowest level of a column A is linear in l only where the whole column touches, so the
-        levels must reach as deep as the finger is pressed in: `FingerSurface.columns` makes them deeper on demand.
+        error that is told. Below the lowest level of a column A is linear in l only where the whole column touches, so
+        the levels must reach as deep as the finger is pressed in: `FingerSurface.columns` makes them deeper on demand.
 """
 
 from __future__ import annotations
