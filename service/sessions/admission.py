@@ -37,13 +37,7 @@ async def stream_admitted(load: LoadMeter, full_at: float) -> None:
             await asyncio.sleep(LOOK_SECONDS)
             waited += LOOK_SECONDS
         if load.streams >= FEW and (load.busy > full_at or load.late > LATE_SECONDS):
-            raise _full(
-                f"This process is at its capacity with {load.streams} streams: in the last second its event loop was "
-                f"busy for {100.0 * load.busy:.0f} % of the time (RIDGEWAVE_FULL_AT: {100.0 * full_at:.0f} %), and "
-                f"blocks were {1e3 * load.late:.0f} ms late (allowed: {1e3 * LATE_SECONDS:.0f} ms). End other streams, "
-                "ask for longer blocks, or run more workers.",
-                RETRY_SECONDS,
-            )
+            raise _full(_measured(load, full_at), RETRY_SECONDS)
     load.begins()
 
 
@@ -52,6 +46,20 @@ def _unproven(load: LoadMeter, full_at: float) -> int:
     if load.busy < 0.5 * full_at and load.late < 0.5 * LATE_SECONDS:
         return MANY
     return max(FEW, load.streams // ONE_IN)
+
+
+def _measured(load: LoadMeter, full_at: float) -> str:
+    """Return what was measured, and what to change."""
+    busy = f"{100.0 * load.busy:.0f} % of the time"
+    if load.busy > full_at:
+        cause = f"was busy for {busy} (RIDGEWAVE_FULL_AT: {100.0 * full_at:.0f} %)"
+        mend = "End other streams, ask for longer blocks, or run more workers."
+    else:
+        cause = f"was busy for {busy} only, but its blocks were {1e3 * load.late:.0f} ms late"
+        cause += f" (allowed: {1e3 * LATE_SECONDS:.0f} ms)"
+        mend = "Other work on this machine takes its processors: end it, or give the service a machine of its own."
+    begin = f"This process is at its capacity with {load.streams} streams: in the last second its event loop "
+    return f"{begin}{cause}. {mend}"
 
 
 def _full(detail: str, seconds: int) -> Problem:

@@ -60,15 +60,15 @@ def test_the_load_is_that_of_the_last_second() -> None:
 
 
 @pytest.mark.parametrize(("busy", "late", "words"), [
-    (0.93, 0.0, ["93 %", "RIDGEWAVE_FULL_AT: 90 %", "0 ms late"]),
-    (0.40, 1.5 * LATE_SECONDS, ["40 %", "30 ms late", "allowed: 20 ms"]),
+    (0.93, 0.0, ["93 %", "RIDGEWAVE_FULL_AT: 90 %", "longer blocks", "more workers"]),
+    (0.40, 1.5 * LATE_SECONDS, ["40 % of the time only", "30 ms late", "allowed: 20 ms", "Other work on this machine"]),
 ])  # fmt: skip
 def test_a_refusal_says_what_was_measured_and_what_to_change(busy: float, late: float, words: list[str]) -> None:
     times = Times()
     meter = times.meter(streams=40)
     times.pass_by(meter, 2.0, busy=busy, late=late)
     refused = admitted(meter)
-    assert all(word in refused for word in ["40 streams", "longer blocks", "workers", *words])
+    assert all(word in refused for word in ["40 streams", *words])
     assert admitted(meter, full_at=1.0) == "", "1 turns it off"
     meter.streams = FEW - 1
     assert admitted(meter) == "", "a few streams are always admitted"
