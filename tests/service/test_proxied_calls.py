@@ -283,10 +283,13 @@ def test_what_the_service_refuses_before_it_has_read_the_body_is_told(tmp_path: 
     with front(tmp_path, "a", CONFIGURATION, RIDGEWAVE_API_KEYS="mine") as made:
         packed = {"Authorization": "Bearer mine", "Content-Encoding": "gzip"}
         form: dict[str, Any] = {"files": {"file": ("cloth.csv", LARGE)}, "data": GIVEN}
-        for _ in range(TURNS):
-            problem(made.client.post("/v1/textures", **form), 401, "key-required")
-            problem(made.client.post("/v1/textures", headers=packed, **form), 415, "not-multipart")
-            problem(made.client.post("/v1/render", content=bytes(1_048_576)), 401, "key-required")
+        refused: list[tuple[str, dict[str, Any], int, str]] = [
+            ("/v1/textures", form, 401, "key-required"),
+            ("/v1/textures", {"headers": packed, **form}, 415, "not-multipart"),
+            ("/v1/render", {"content": bytes(1_048_576)}, 401, "key-required"),
+        ]
+        for path, rest, status, kind in TURNS * refused:  # each on a connection of its own: nginx closes it afterwards
+            problem(httpx.post(str(made.client.base_url.join(path)), timeout=PATIENCE, **rest), status, kind)
 
 
 def test_nodes_that_are_gone_or_hang_are_told_in_a_problem(tmp_path: Path) -> None:

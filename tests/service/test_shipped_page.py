@@ -13,7 +13,7 @@ from service import __main__ as plain_command
 from service.http import page_files
 from service.operations.settings import Settings, as_environment, read_settings
 
-ARGUMENTS = argparse.Namespace(host=None, port=0, workers=None)
+ARGUMENTS = argparse.Namespace(host=None, port=0, uds=None, workers=None)
 
 
 Command = Callable[[], int]

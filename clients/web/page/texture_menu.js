@@ -17,7 +17,7 @@ export function wireTextureMenu({ state, textures, tell }) {
     state.write(["texture"], undefined);
     menu.focus(); // the button that deleted is gone
   };
-  const about = new TextureDescription(menu, byId("texture-about"), { textures, onDeleted, tell });
+  const about = new TextureDescription(byId("texture-about"), { textures, onDeleted, tell });
   const fill = () => {
     const groups = byGroup(textures.entries);
     const sinusoid = make("option", { value: SINUSOID, text: "Sinusoid" });
@@ -73,20 +73,20 @@ function optionGroup([label, entries]) {
   return make("optgroup", { label }, ...entries.map(option));
 }
 
-/** What the page shows of the chosen texture: a picture beside the menu, a sentence, and its numbers when opened. */
+/** What the page shows of the chosen texture: a picture, a sentence, and its numbers when opened. */
 class TextureDescription {
   #text;
-  #picture = make("img", { id: "texture-picture", alt: "", "data-empty": true });
+  #picture = make("img", { id: "texture-picture", alt: "", hidden: true });
   #numbers = make("div");
   #summary = make("summary");
   #details = make("details", { id: "texture-sources", hidden: true }, this.#summary, this.#numbers);
   #entry; // null: none is chosen
 
   /** own: the arguments of an OwnTexture. */
-  constructor(menu, text, own) {
+  constructor(text, own) {
     this.#text = text;
     this.own = own;
-    menu.after(this.#picture);
+    text.before(this.#picture);
     text.after(this.#details);
     this.#details.addEventListener("toggle", () => this.#details.open && this.#showNumbers(this.#entry));
   }
@@ -106,7 +106,7 @@ class TextureDescription {
   }
 
   async #draw(entry) {
-    this.#picture.toggleAttribute("data-empty", true);
+    this.#picture.hidden = true;
     if (!entry) return;
     const answer = await callBinary("GET", entry.picture).catch(() => null); // the menu works without its pictures
     const image = await answer?.blob();
@@ -114,7 +114,7 @@ class TextureDescription {
     URL.revokeObjectURL(this.#picture.src);
     this.#picture.src = URL.createObjectURL(image);
     this.#picture.alt = `5 mm of the surface, lit from the left: ${entry.title}`;
-    this.#picture.toggleAttribute("data-empty", false);
+    this.#picture.hidden = false;
   }
 
   async #showNumbers(entry) {
