@@ -97,6 +97,7 @@ class Connection:
             self._live.leave(self)
             close = None if self._close is None else (self._close.code, self._close.reason)
             self._log.ended(close, self.conversation.position)
+            self.conversation.stream = None  # as in `Sessions.finish`
 
     def _lose(self) -> None:
         self.conversation.lost()

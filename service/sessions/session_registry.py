@@ -137,6 +137,7 @@ class Sessions:
         session.stream.tell_counts(self.metrics, ended=True)
         if session.stream.records:
             self.recordings.keep(session, session.stream)
+        session.stream = None  # a session is part of cycles; its voice is freed now, not when these are collected
 
     async def recording(self, name: str, key: int | None) -> bytes:
         """Return the JSON of a live session's recording. Raises Problem (not-found), also for another key."""

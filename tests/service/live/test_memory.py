@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
+
 import pytest
 
 from service.live.replay_buffer import KEPT_BYTES, kept_frames
-from tests.service.harness import Running, serving, until
+from tests.service.harness import Running, serving, until, warmed_up
 from tests.service.live.client import live
 from tests.service.plain_engine import PlainEngine
 from tests.service.scraping import scrape
@@ -44,6 +47,27 @@ def test_what_does_not_fit_is_refused_and_fits_once_another_has_ended() -> None:
         until(lambda: used(running) <= 4 * BLOCK_BYTES)
         with live(running) as fourth:
             fourth.hello(scene=MANY, block=BLOCK)
+
+
+@pytest.mark.parametrize("ends", ["stop", "hangs up"])
+def test_an_ended_session_frees_its_voice_at_once(ends: str) -> None:
+    """Not when the garbage collector finds its cycles: a voice over an area holds 80 MB."""
+    engine = PlainEngine()
+    with serving(engine, resume=0.1) as running:
+        warmed_up(running, engine)
+        gc.collect()
+        gc.disable()
+        try:
+            with live(running) as client:
+                client.hello()
+                voice = weakref.ref(engine.hands.pop())
+                assert voice() is not None
+                if ends == "stop":
+                    client.say("stop")
+                    client.rest()
+            until(lambda: voice() is None)
+        finally:
+            gc.enable()
 
 
 def test_recordings_end_where_the_memory_does(monkeypatch: pytest.MonkeyPatch) -> None:
