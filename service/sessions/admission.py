@@ -8,7 +8,7 @@ Limits: per process. Streams that are under way are never ended; a stream that b
 
 from __future__ import annotations
 
-import asyncio
+from asyncio import sleep
 
 from service.operations.load_meter import LoadMeter
 from service.problems import Problem
@@ -34,7 +34,7 @@ async def stream_admitted(load: LoadMeter, full_at: float) -> None:
         while load.begun(PROVEN_SECONDS) >= _unproven(load, full_at):
             if waited >= TURN_SECONDS:
                 raise _full("More streams begin than the service can measure.", 1)
-            await asyncio.sleep(LOOK_SECONDS)
+            await sleep(LOOK_SECONDS)
             waited += LOOK_SECONDS
         if load.streams >= FEW and (load.busy > full_at or load.late > LATE_SECONDS):
             raise _full(_measured(load, full_at), RETRY_SECONDS)

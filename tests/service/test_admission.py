@@ -92,11 +92,11 @@ def test_few_streams_at_a_time_are_unproven(
     times.pass_by(meter, 2.0, busy=busy)
     waits: list[float] = []
 
-    async def sleep(seconds: float) -> None:
+    async def pass_by(seconds: float) -> None:
         waits.append(seconds)
         times.now += seconds
 
-    monkeypatch.setattr("service.sessions.admission.asyncio.sleep", sleep)
+    monkeypatch.setattr("service.sessions.admission.sleep", pass_by)
     for _ in range(at_a_time):
         assert admitted(meter) == "" and waits == []
     assert admitted(meter) == ""
