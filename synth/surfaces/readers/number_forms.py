@@ -15,14 +15,17 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import cache, partial
+from itertools import zip_longest
 from typing import NoReturn
 
 from synth.surfaces.readers.surface_file import refuse_file
 
 SEPARATORS = {"\t": "tabs", ";": "semicolons", "|": "bars", ",": "commas", " ": "spaces"}
 STRONG = ("\t", ";", "|")  # signs that are in no number
+WEAK = (",", " ")
 COMMENT = re.compile(r"\s*(?:#|%|//|!|[;'][^\W\d_]{2})")
 FOOTER = re.compile(r"(?i)\x1a|[\W_]*(?:end|eof|eod|eor)\b[^0-9]*")  # \x1a ended the files of MS-DOS
 NO_HEIGHT = re.compile(
@@ -42,6 +45,7 @@ GROUPED = {
     )
     for mark, other in ((".", ","), (",", "."))
 }
+BETWEEN_GROUPS = {mark: re.compile(rf"[^0-9{mark}+-]") for mark in ".,"}
 CUT = re.compile(r"0[0-9]+")  # 05 is the end of 1,05, and no number
 COULD_BE_GROUPS = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:[.,][0-9]{3})+")
 SIGNS = str.maketrans({"\u2212": "-", "\u2012": "-", "\u2013": "-", "\x96": "-", "\ufeff": None})
@@ -86,17 +90,21 @@ class Form:
 
     def number(self, cell: str) -> str:
         """Return a cell as Python writes the number; nan for a missing point. Raises NotANumber."""
-        cell = cell.strip(" \t'\"=\x1a").translate(SIGNS)
+        is_plain = PLAIN[self.decimal].fullmatch
+        if not is_plain(cell):
+            cell = cell.strip(" \t'\"=\x1a").translate(SIGNS)
+        if is_plain(cell):
+            return _as_python_writes(cell, self.decimal)
+        if GROUPED[self.decimal].fullmatch(cell):
+            return BETWEEN_GROUPS[self.decimal].sub("", cell).replace(",", ".")
         if not cell or NO_HEIGHT.fullmatch(cell):
             return "nan"
-        if PLAIN[self.decimal].fullmatch(cell):
-            return cell.replace(",", ".").replace("d", "e").replace("D", "e")
-        if GROUPED[self.decimal].fullmatch(cell):
-            return re.sub(rf"[^0-9{re.escape(self.decimal)}+-]", "", cell).replace(",", ".")
         raise NotANumber(cell)
 
     def row(self, line: str) -> list[str]:
         """Return the numbers of `line`. Raises NotANumber."""
+        if not self.quoted and _plain_row(self.separator, self.decimal).fullmatch(line):
+            return [cell or "nan" for cell in self.cells(_as_python_writes(line, self.decimal))]
         return [self.number(cell) for cell in self.cells(line)]
 
     @property
@@ -110,12 +118,29 @@ class Form:
         return said + (", with decimal commas" if self.decimal == "," else "")
 
 
+@cache
+def _plain_row(separator: str, decimal: str) -> re.Pattern[str]:
+    """Return the pattern of a line whose cells need no look at each: plain numbers, and, beside signs, empty cells.
+
+    Possessive repeats remember no way back, so that a line of a million numbers takes no memory.
+    """
+    number = PLAIN[decimal].pattern
+    if separator == " ":
+        return re.compile(rf" *+{number}(?:[ \t]++{number})*+[ \n]*+")
+    return re.compile(rf" *+(?:{number})?+(?: *+\{separator} *+(?:{number})?+)*+[ \n]*+")
+
+
+def _as_python_writes(numbers: str, decimal: str) -> str:
+    numbers = numbers.replace("d", "e").replace("D", "e")
+    return numbers.replace(",", ".") if decimal == "," else numbers
+
+
 FORMS = tuple(Form(separator, decimal) for separator in SEPARATORS for decimal in ".,")
 
 
 def is_numbers(line: str) -> bool:
     """Return whether `line` has numbers only, in one of the forms, and at least one."""
-    return any(any(cell != "nan" for cell in row) for _, row in _readings(line))
+    return any(cell != "nan" for form in FORMS for cell in _reading(form, line) or ())
 
 
 def is_missing(line: str) -> bool:
@@ -123,19 +148,23 @@ def is_missing(line: str) -> bool:
     return bool(re.fullmatch(r"(?i)nan(?:[\s;,|]+nan)*[;,|]?", line.strip()))
 
 
-def _readings(line: str) -> Iterator[tuple[Form, list[str]]]:
-    """Yield the forms in which `line` has numbers only, with the numbers."""
-    for form in FORMS:
-        if form.separator != " " and form.separator not in line:
-            continue
-        if '"' in line:
-            form = replace(form, quoted=True)
-        elif form.separator == form.decimal:
-            continue
-        try:
-            yield form, form.row(line)
-        except (NotANumber, csv.Error):
-            continue
+def _reading(form: Form, line: str) -> list[str] | None:
+    """Return the numbers of `line` in `form`, or None if it has other cells."""
+    if form.separator != " " and form.separator not in line:
+        return None
+    if '"' in line:
+        form = replace(form, quoted=True)
+    elif form.separator == form.decimal:
+        return None
+    try:
+        return form.row(line)
+    except (NotANumber, csv.Error):
+        return None
+
+
+def _rows(form: Form, sample: list[str]) -> Iterator[list[str]]:
+    """Yield the numbers of the lines that can be read in `form`."""
+    return (row for row in map(partial(_reading, form), sample) if row is not None)
 
 
 def form_of(sample: list[str], header: list[str]) -> Form:
@@ -143,25 +172,20 @@ def form_of(sample: list[str], header: list[str]) -> Form:
 
     header: the lines above them.
     """
-    fits: Counter[Form] = Counter()
-    tables: dict[Form, list[tuple[str, ...]]] = {}
     any_quotes = any('"' in line for line in sample)
-    for line in sample:
-        for form, row in _readings(line):
-            form = replace(form, quoted=any_quotes)
-            tables.setdefault(form, []).append(tuple(row))
-            fits[form] += 1
-    for form, table in tables.items():  # lines of another length speak against a form
-        fits[form] = Counter(map(len, table)).most_common(1)[0][1]
-    most = max(fits.values(), default=0)
+    declared = next((line.strip()[4:5] for line in header if line.strip().lower().startswith("sep=")), "")
+    fits: dict[Form, int] = {}  # lines of one length
+    for separators in (STRONG, WEAK):
+        if declared or max(fits.values(), default=0) < len(sample):
+            forms = [form for form in FORMS if form.separator in separators]
+            fits |= {form: max(Counter(map(len, _rows(form, sample))).values(), default=0) for form in forms}
+    most = max(fits.values())
     if not most:
         refuse_file(f"the line {sample[0].strip()[:60]!r}", "numbers", "Correct the line.")
-    found = [form for form in FORMS if fits[replace(form, quoted=any_quotes)] == most]
-    found = [replace(form, quoted=any_quotes) for form in found]
-    declared = next((line.strip()[4:5] for line in header if line.strip().lower().startswith("sep=")), "")
+    found = [replace(form, quoted=any_quotes) for form in fits if fits[form] == most]
     found = [form for form in found if form.separator == declared] or found
     found = [form for form in found if form.separator in STRONG] or found
-    different = [form for form in found if _values(tables[form]) != _values(tables[found[0]])]
+    different = [form for form in found[1:] if not _agree(found[0], form, sample)]
     chosen = _chosen([found[0], *different], sample, header) if different else found[0]
     if chosen.decimal == "," and chosen.separator != " ":
         _check_groups(sample, chosen)
@@ -170,8 +194,14 @@ def form_of(sample: list[str], header: list[str]) -> Form:
     return replace(chosen, empty=_empty(sample, chosen))
 
 
-def _values(table: list[tuple[str, ...]]) -> list[tuple[float | None, ...]]:
-    return [tuple(None if cell == "nan" else float(cell) for cell in row) for row in table]
+def _agree(one: Form, other: Form, sample: list[str]) -> bool:
+    """Return whether the lines have the same numbers in two forms."""
+    pairs = zip_longest(_rows(one, sample), _rows(other, sample), fillvalue=())
+    return all(a == b or _values(a) == _values(b) for a, b in pairs)
+
+
+def _values(row: Iterable[str]) -> list[float | None]:
+    return [None if cell == "nan" else float(cell) for cell in row]
 
 
 def _chosen(found: list[Form], sample: list[str], header: list[str]) -> Form:

@@ -230,9 +230,10 @@ def _rows(file: TextIO) -> Iterator[str]:
     """Yield the lines that are no comments. Lines of separators alone count only if others follow."""
     held: list[str] = []
     for line in file:
-        if EMPTY_CELLS.fullmatch(line):
+        is_number = line[0] in "0123456789+-"
+        if not is_number and EMPTY_CELLS.fullmatch(line):
             held.append(line)
-        elif line.strip() and not COMMENT.match(line):
+        elif is_number or (line.strip() and not COMMENT.match(line)):
             yield from held
             held = []
             yield line
@@ -282,10 +283,12 @@ def _line_by_line(path: Path, codec: str, form: Form) -> np.ndarray[Any, Any]:
         named = header[-1:]  # which some programs repeat on each page
 
         def rows() -> Iterator[str]:
-            texts = ((line, line.strip()) for line in chain(sample, _rows(file)))
-            lines = (line for line, text in texts if text not in named and not FOOTER.fullmatch(text))
-            for number, line in enumerate(lines, 1):
-                yield "\t".join(_checked(line, form, number, columns))
+            number = 0
+            for line in chain(sample, _rows(file)):
+                text = line.strip()
+                if text not in named and not FOOTER.fullmatch(text):
+                    number += 1
+                    yield "\t".join(_checked(line, form, number, columns))
 
         return _numbers(rows(), "\t", max(1, columns), path.stat().st_size)
 
