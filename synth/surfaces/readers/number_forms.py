@@ -18,7 +18,8 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from itertools import zip_longest
+from itertools import takewhile, zip_longest
+from operator import not_
 from typing import NoReturn
 
 from synth.surfaces.readers.surface_file import refuse_file
@@ -247,9 +248,5 @@ def _empty(sample: list[str], form: Form) -> int:
     """Return how many cells at the end of every line are empty."""
     if form.separator == " ":
         return 0
-    rows = [form.cells(line) for line in sample if not FOOTER.fullmatch(line.strip())]
-    shortest = min(map(len, rows))
-    count = 0
-    while count < shortest - 1 and not any(row[-1 - count] for row in rows):
-        count += 1
-    return count
+    rows = (form.cells(line) for line in sample if not FOOTER.fullmatch(line.strip()))
+    return min(len(list(takewhile(not_, row[:0:-1]))) for row in rows)
