@@ -37,6 +37,7 @@ from tests.bench import (
     bench_effects,
     bench_fingertip,
     bench_floods,
+    bench_import,
     bench_largest_inputs,
     bench_layered,
     bench_limiter,
@@ -74,8 +75,9 @@ BY_NAME: dict[str, Measure] = {  # only where named
     "floods": bench_floods.figures,
     "inputs": bench_largest_inputs.figures,
     "lock-step": bench_lock_step.figures,
+    "import": bench_import.figures,
 }
-ON_ONE_CORE = ("solver", "voice", "limiter", "response", "effects", "table")
+ON_ONE_CORE = ("solver", "voice", "limiter", "response", "effects", "table", "import")
 HEADER = f"{'figure':35} {'median':>9} {'least':>9} {'unit':8} {'limit':>6} {'':6}  how"
 
 

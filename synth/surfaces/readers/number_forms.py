@@ -105,7 +105,8 @@ class Form:
     def row(self, line: str) -> list[str]:
         """Return the numbers of `line`. Raises NotANumber."""
         if not self.quoted and _plain_row(self.separator, self.decimal).fullmatch(line):
-            return [cell or "nan" for cell in self.cells(_as_python_writes(line, self.decimal))]
+            cells = self.cells(_as_python_writes(line, self.decimal))
+            return ["nan" if cell[-1:] in "-*?nN" else cell for cell in cells]  # an empty one, too
         return [self.number(cell) for cell in self.cells(line)]
 
     @property
@@ -121,14 +122,14 @@ class Form:
 
 @cache
 def _plain_row(separator: str, decimal: str) -> re.Pattern[str]:
-    """Return the pattern of a line whose cells need no look at each: plain numbers, and, beside signs, empty cells.
+    """Return the pattern of a line whose cells need no look at each: plain numbers and the usual missing points.
 
     Possessive repeats remember no way back, so that a line of a million numbers takes no memory.
     """
-    number = PLAIN[decimal].pattern
+    cell = rf"(?:{PLAIN[decimal].pattern}|-++|\*++|\?++|[nN][aA][nN])"
     if separator == " ":
-        return re.compile(rf" *+{number}(?:[ \t]++{number})*+[ \n]*+")
-    return re.compile(rf" *+(?:{number})?+(?: *+\{separator} *+(?:{number})?+)*+[ \n]*+")
+        return re.compile(rf" *+{cell}(?:[ \t]++{cell})*+[ \n]*+")
+    return re.compile(rf" *+{cell}?+(?: *+\{separator} *+{cell}?+)*+[ \n]*+")
 
 
 def _as_python_writes(numbers: str, decimal: str) -> str:
