@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -17,7 +18,7 @@ def figures(quick: bool) -> list[Figure]:
     size = 100 if quick else 1000  # rows and columns
     repeats = 3 if quick else 9
     with tempfile.TemporaryDirectory() as folder:
-        paths = {}
+        paths: dict[str, Path] = {}
         for name, text in forms(size).items():
             paths[name] = Path(folder, f"{len(paths)}.txt")
             paths[name].write_text(text)
@@ -43,7 +44,7 @@ def forms(size: int) -> dict[str, str]:
     }
 
 
-def reading(name: str, path: Path, plain: partial[object], size: int, repeats: int) -> Figure:
+def reading(name: str, path: Path, plain: Callable[[], object], size: int, repeats: int) -> Figure:
     """Return the time to read the file at `path` in times of `plain`."""
     ours, numpys = alternated([partial(read_surface_file, path)], [plain], repeats)
     ratios = [one / other for one, other in zip(ours, numpys, strict=True)]
