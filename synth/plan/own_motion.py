@@ -1,7 +1,9 @@
 """The peaks of each quantity along a scan's own motion, and the mean of z that displacement leaves out.
 
 Stage   2, used by `preparation`.
-Model   Where the peaks along the motion are not those of the steady scan, `motion_peak` finds them. On a long surface
+Model   The quickest landing or lift of a recording is solved, and what its steps leave is part of the errors. The
+        others leave as much at most, or what is allowed.
+        Where the peaks along the motion are not those of the steady scan, `motion_peak` finds them. On a long surface
         the peaks of displacement and approach are those at PLACES places.
 Source  design, section 4.
 Limits  A peak between two of the places is missed.
@@ -9,18 +11,21 @@ Limits  A peak between two of the places is missed.
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.contact.load_balance import Contact
-from synth.plan.channels import APPROACH, SteadyScan
+from synth.plan.channels import APPROACH, SteadyScan, extent_and_peak
 from synth.plan.direct_plan import AREA_MEAN_TOLERANCE, MEAN_TOLERANCE, over_area
 from synth.plan.direct_plan import MEANS as AREA_MEANS
 from synth.plan.direct_plan import PLACES as AREA_PLACES
-from synth.plan.frame_solver import WITH_MEAN, FramePlan
-from synth.plan.landing import at_landings
-from synth.plan.motion_peak import OVERSAMPLING, differs_from_cruise, peaks_along
+from synth.plan.frame_solver import FOLDED_SHARE, PATIENCE, WITH_MEAN, FramePlan, FrameSolver
+from synth.plan.landing import MOST_FINER, quickest
+from synth.plan.motion_peak import differs_from_cruise, peaks_along
 from synth.plan.request import Request, harmonics_in_band
 from synth.response.mean_approach import Mean, mean_curve, mean_over_area
 from synth.response.series_curve import SeriesCurve
@@ -53,15 +58,48 @@ def own_motion(
         return None, frames, peaks, ""
     mean = own_mean(asked, contact, tolerance)
     if frames is not None and scene.scan.trajectory is not None and asked.load_varies:
-        frames = at_landings(asked, frames, contact, mean, tolerance)
+        frames = with_landings(asked, frames, contact, mean, tolerance)
     if all(channel.full_scale for channel in listed) or not (approach or differs):
         return mean, frames, peaks, ""
     known = tuple(sorted({0, *asked.orders, *({WITH_MEAN} if approach else ())}))
     of_series = not (asked.live or asked.load_varies or long or over_area(asked))  # as `voice.solved_frames` reads it
     read = SeriesCurve(asked.spectrum.harmonics).heights if of_series else None
-    count = OVERSAMPLING if frames is None else frames.count
-    found, warning = peaks_along(contact, scene, mean, known, series, read, count=count, whole=asked.live)
+    found, warning = peaks_along(contact, asked, mean, known, series, read, frames)
     return mean, frames, dict(zip(known, found.tolist(), strict=True)), warning
+
+
+def with_landings(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mean, tolerance: float) -> FramePlan:
+    """Return `plan` with what a landing may leave of each quantity, and the error that the quickest one leaves.
+
+    steady: a recording whose load varies, at its own speed and load.
+    contact: on the whole surface.
+    mean: mean of z over a period, as for `FrameSolver`.
+    """
+    scene, orders, place = steady.scene, steady.orders, quickest(steady.scene)
+    if place is None:
+        return plan
+    rate, limit = scene.output.sample_rate, FOLDED_SHARE * tolerance
+    most = max(2, min(MOST_FINER, math.floor(PATIENCE / (plan.work * scene.output.duration))))
+
+    def at_place(allowed: Array) -> tuple[Array, Array]:
+        """Return the frames about the place, and the error that is left, SI."""
+        solver = FrameSolver(
+            contact.heights, scene, mean, rate, count=plan.count, stride=plan.stride, scale=plan.scale, longest=0,
+            landings=dict(zip(orders, allowed.tolist(), strict=True)), finer=most,
+        )  # fmt: skip
+        return solver.solved_with_error(math.floor(place * rate / solver.chunk), orders)
+
+    extents = np.array([extent_and_peak(steady.series(order))[0] for order in orders])
+    least = np.array([steady.least(order) for order in orders])
+    if np.any(extents <= least):  # then the steady motion is no measure
+        moved = np.ptp(at_place(np.full(len(orders), np.inf))[0], axis=1)
+        own = np.where(extents <= least, np.maximum(moved, least), extents)
+        if not own.all():
+            return plan
+        plan = replace(plan, errors=tuple((np.array(plan.errors) * np.maximum(extents, least) / own).tolist()))
+        extents = own
+    left = at_place(limit * extents)[1] / extents
+    return replace(plan, allowed=tuple((limit * extents).tolist()), finer=most).with_errors(np.maximum(left, limit))
 
 
 def own_mean(asked: Request, contact: Any, tolerance: float) -> Mean:
