@@ -33,7 +33,8 @@ from synth.scene.scene import Scene
 from synth.surfaces.height_field import HeightField
 
 MEAN_SHARE = 50.0  # times the tolerance: the costly mean on a line over an area, whose error is then a twentieth of it
-OF_ACCELERATION = 0.03  # part of the tolerance that the mean keeps for it, since a load may pass its knots quickly
+OF_ACCELERATION = 0.03  # least part of the tolerance that the mean keeps for it: a load may pass its knots quickly
+OF_LINES = 50.0  # that part, times the square of the band in lines of the texture: what is heard of a knot at most
 PLACES = 512  # places of a long surface at which the peaks of displacement and approach are computed
 
 
@@ -109,7 +110,8 @@ def own_mean(asked: Request, contact: Any, tolerance: float) -> Mean:
     if isinstance(contact.geometry.profile, HeightField):
         tolerance = min(max(MEAN_SHARE * tolerance, MEAN_TOLERANCE), AREA_MEAN_TOLERANCE)
         return mean_curve(contact, asked.loads, pressed(asked.scene), tolerance, AREA_PLACES, AREA_MEANS)
-    part = OF_ACCELERATION if 2 in asked.orders else 1.0
+    lines = asked.scene.output.band_limit / max(abs(asked.turns), 1e-9)
+    part = min(max(OF_LINES / lines**2, OF_ACCELERATION), 1.0) if 2 in asked.orders else 1.0
     return mean_curve(contact, asked.loads, pressed(asked.scene), part * tolerance)
 
 
