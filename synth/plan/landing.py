@@ -20,7 +20,7 @@ from functools import cache
 import numpy as np
 
 from synth.arrays import Array
-from synth.motion.motion import LOAD
+from synth.motion.motion import LOAD, SPEED
 from synth.motion.scan_motion import ScanMotion
 from synth.scene.scene import Scene
 
@@ -84,20 +84,18 @@ def solved_again(
     return before, left
 
 
-def quickest(scene: Scene) -> float | None:
-    """Return the time (s) at which the load changes most within RISE; None if it never changes quickly."""
-    seconds = scene.output.duration
-    rate = min(LOOK_RATE, LOOKS / seconds)
-    load = ScanMotion(scene, rate).at(0, math.ceil(seconds * rate) + 1).samples[LOAD]
-    parts = windows(load, 1.0 / rate, 0)
-    if not parts:
-        return None
-    reach = min(max(1, math.ceil(RISE * rate)), len(load) - 1)
-    changes = np.abs(load[reach:] - load[:-reach])
-    quick = np.zeros(len(changes), bool)
-    for first, last in parts:
-        quick[first : last + 1] = True
-    return float(np.argmax(np.where(quick, changes, -1.0)) + 0.5 * reach) / rate
+def pieces(scene: Scene) -> list[float]:
+    """Return the times (s) about which a recording is most demanding: its load changes most, in a landing and
+    elsewhere, or it is fastest or lightest."""
+    rate = min(LOOK_RATE, LOOKS / scene.output.duration)
+    samples = ScanMotion(scene, rate).at(0, math.ceil(scene.output.duration * rate) + 1).samples
+    load, reach = samples[LOAD], min(max(1, math.ceil(RISE * rate)), samples.shape[1] - 1)
+    changes, touching = np.abs(load[reach:] - load[:-reach]), load > 0.0
+    calm = np.ones(len(changes), bool)
+    for first, last in windows(load, 1.0 / rate, 0):
+        calm[first : last + 1] = False
+    wanted = np.argmax(changes), np.argmax(changes * calm), np.argmax(np.abs(samples[SPEED]) * touching)
+    return [int(at) / rate for at in (*wanted, np.argmin(np.where(touching, load, np.inf)))]
 
 
 @cache

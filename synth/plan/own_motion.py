@@ -1,8 +1,8 @@
 """The peaks of each quantity along a scan's own motion, and the mean of z that displacement leaves out.
 
 Stage   2, used by `preparation`.
-Model   The quickest landing or lift of a recording is solved, and what its steps leave is part of the errors. The
-        others leave as much at most, or what is allowed.
+Model   Pieces of a recording whose load varies are solved with the planned steps and with twice as many. The change is
+        the folded error. While it exceeds its share of the tolerance, there are more steps.
         Where the peaks along the motion are not those of the steady scan, `motion_peak` finds them. On a long surface
         the peaks of displacement and approach are those at PLACES places.
 Source  design, section 4.
@@ -23,9 +23,9 @@ from synth.plan.channels import APPROACH, SteadyScan, extent_and_peak
 from synth.plan.direct_plan import AREA_MEAN_TOLERANCE, MEAN_TOLERANCE, over_area
 from synth.plan.direct_plan import MEANS as AREA_MEANS
 from synth.plan.direct_plan import PLACES as AREA_PLACES
-from synth.plan.frame_solver import FOLDED_SHARE, PATIENCE, WITH_MEAN, FramePlan, FrameSolver
-from synth.plan.landing import MOST_FINER, quickest
-from synth.plan.motion_peak import differs_from_cruise, peaks_along
+from synth.plan.frame_solver import FALL, PATIENCE, WITH_MEAN, FramePlan, FrameSolver
+from synth.plan.landing import MOST_FINER, pieces
+from synth.plan.motion_peak import NEAR_MARGIN, differs_from_cruise, peaks_along
 from synth.plan.request import Request, harmonics_in_band
 from synth.response.mean_approach import Mean, mean_curve, mean_over_area
 from synth.response.series_curve import SeriesCurve
@@ -35,6 +35,9 @@ from synth.surfaces.height_field import HeightField
 MEAN_SHARE = 50.0  # times the tolerance: the costly mean on a line over an area, whose error is then a twentieth of it
 OF_ACCELERATION = 0.03  # least part of the tolerance that the mean keeps for it: a load may pass its knots quickly
 OF_LINES = 50.0  # that part, times the square of the band in lines of the texture: what is heard of a knot at most
+PIECE_SHARE = 0.15  # of the tolerance, for the folded error of pieces, and as much for what a landing leaves
+ROUNDS = 6  # most increases of the number of steps
+OVER_CHANGE = 1.5  # error over the change by twice as many steps
 PLACES = 512  # places of a long surface at which the peaks of displacement and approach are computed
 
 
@@ -59,7 +62,7 @@ def own_motion(
         return None, frames, peaks, ""
     mean = own_mean(asked, contact, tolerance)
     if frames is not None and scene.scan.trajectory is not None and asked.load_varies:
-        frames = with_landings(asked, frames, contact, mean, tolerance)
+        frames = with_pieces(asked, frames, contact, mean, tolerance)
     if all(channel.full_scale for channel in listed) or not (approach or differs):
         return mean, frames, peaks, ""
     known = tuple(sorted({0, *asked.orders, *({WITH_MEAN} if approach else ())}))
@@ -69,38 +72,49 @@ def own_motion(
     return mean, frames, dict(zip(known, found.tolist(), strict=True)), warning
 
 
-def with_landings(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mean, tolerance: float) -> FramePlan:
-    """Return `plan` with what a landing may leave of each quantity, and the error that the quickest one leaves.
+def with_pieces(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mean, tolerance: float) -> FramePlan:
+    """Return `plan` with as many solutions as pieces of the motion require, and the error that these leave.
 
     steady: a recording whose load varies, at its own speed and load.
     contact: on the whole surface.
     mean: mean of z over a period, as for `FrameSolver`.
     """
-    scene, orders, place = steady.scene, steady.orders, quickest(steady.scene)
-    if place is None:
-        return plan
-    rate, limit = scene.output.sample_rate, FOLDED_SHARE * tolerance
-    most = max(2, min(MOST_FINER, math.floor(PATIENCE / (plan.work * scene.output.duration))))
+    scene, orders, rate = steady.scene, steady.orders, steady.scene.output.sample_rate
+    places, share = pieces(scene), PIECE_SHARE * tolerance
+    room = max(2.0, PATIENCE / (plan.work * scene.output.duration))  # times the planned solutions
 
-    def at_place(allowed: Array) -> tuple[Array, Array]:
-        """Return the frames about the place, and the error that is left, SI."""
+    def solved(count: int, allowed: Array) -> tuple[Array, Array]:
+        """Return the frames of the pieces, and the error that is left of their landings, SI."""
         solver = FrameSolver(
-            contact.heights, scene, mean, rate, count=plan.count, stride=plan.stride, scale=plan.scale, longest=0,
-            landings=dict(zip(orders, allowed.tolist(), strict=True)), finer=most,
+            contact.heights, scene, mean, rate, count=count, stride=plan.stride, scale=plan.scale, longest=0,
+            margin=NEAR_MARGIN, landings=dict(zip(orders, allowed.tolist(), strict=True)), finer=finer,
         )  # fmt: skip
-        return solver.solved_with_error(math.floor(place * rate / solver.chunk), orders)
+        numbers = sorted({math.floor(place * rate / solver.chunk) for place in places})
+        found = [solver.solved_with_error(number, orders) for number in numbers]
+        return np.concatenate([frames for frames, _left in found], axis=1), np.max([left for _, left in found], axis=0)
 
+    finer, count = min(MOST_FINER, math.floor(room)), plan.count
     extents = np.array([extent_and_peak(steady.series(order))[0] for order in orders])
     least = np.array([steady.least(order) for order in orders])
     if np.any(extents <= least):  # then the steady motion is no measure
-        moved = np.ptp(at_place(np.full(len(orders), np.inf))[0], axis=1)
+        moved = np.ptp(solved(count, np.full(len(orders), np.inf))[0], axis=1)
         own = np.where(extents <= least, np.maximum(moved, least), extents)
         if not own.all():
             return plan
         plan = replace(plan, errors=tuple((np.array(plan.errors) * np.maximum(extents, least) / own).tolist()))
         extents = own
-    left = at_place(limit * extents)[1] / extents
-    return replace(plan, allowed=tuple((limit * extents).tolist()), finer=most).with_errors(np.maximum(left, limit))
+    allowed = share * extents
+    for _round in range(ROUNDS):
+        few, left = solved(count, allowed)
+        folded = OVER_CHANGE * np.max(np.abs(solved(2 * count, allowed)[0] - few), axis=1)
+        excess = float(np.max(folded / allowed))
+        if excess <= 1.0 or 2 * count > room * plan.count:
+            break
+        count = math.ceil(count * min(max(excess ** (1.0 / FALL), 1.2), 4.0))
+    more = np.maximum(left, allowed) / extents + folded / extents
+    return replace(
+        plan, count=count, work=plan.work * count / plan.count, allowed=tuple(allowed.tolist()), finer=finer
+    ).with_errors(more)
 
 
 def own_mean(asked: Request, contact: Any, tolerance: float) -> Mean:
