@@ -12,7 +12,8 @@ Model   y = g(w) (z(p / lambda2, w) - mean of z over a period at w) is solved at
         over a period is a spline over w^(1/3), because it is smooth in w^(1/3).
         Number of solutions: the folded error of n solutions per period is that of a steady series of n phases. At some
         loads of the scan, the series is solved to find how many phases the tolerance requires. The solutions per second
-        are this number times the largest speed in periods per second. A landing requires a minimum number.
+        are this number times the largest speed in periods per second. Where the load changes quickly there are more
+        (`landing`).
         If the load is constant, the series is read, which is cheap. If the load varies, or if the period of the surface
         is too long for a series, every solution is one of eq. 1.
 Source  design, sections 4 (`"exact"`) and 8. `contact.exact_solver` solves eq. 1 (Fagiani & Barbieri, 2016). The
@@ -25,8 +26,9 @@ Limits  The filter is 1 to within 1e-9 up to 0.40 of the rate, and below 1e-9 ab
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -34,6 +36,7 @@ from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.motion.motion import LOAD, Motion
 from synth.motion.scan_motion import ScanMotion
+from synth.plan.landing import solved_again, windows
 from synth.response.mean_approach import Mean
 from synth.response.spectrum import Demand, Spectrum, curves, points_for, solve_spectrum
 from synth.scene.scene import Scene
@@ -43,15 +46,14 @@ Heights = Callable[..., Array]
 
 WITH_MEAN = -1  # order of the approach, which is z itself; order 0 is displacement, z minus its mean
 CUT, WIDTH = 0.445, 0.0105  # parts of the rate: half amplitude, and width of the edge; 1e-9 is left 0.045 above CUT
+REMOVED = CUT + 0.045  # part of the rate from which on nothing is left
 MARGIN = 192  # frames on each side of a chunk at the full band: the ringing of the filter is below 1e-15 there
 CHUNK = 4096  # frames of a chunk, unless the filter rings for long
 TOGETHER = 1 << 21  # largest number of solutions of a chunk and its margins (200 MB), unless the margins need more
 PROBED_LOADS = 5  # loads of the recording at which the number of phases per period is found
 FEWEST_PHASES = 16  # per period, if every probed load is in full contact
 FALL = 2.5  # the error falls with the number of phases to this power: kinks of order 3/2
-# Folded error of displacement, velocity and acceleration with SEEN solutions per frame, relative to the peak-to-peak.
-# Measured with recordings that land in full contact, at 8 to 48 kHz. A landing passes loads that are not probed.
-SEEN, FOLDED = 4, (2.5e-4, 8e-4, 3e-3)
+FEWEST = 4  # solutions per stride, where the load varies: `landing` has a short filter then
 FOLDED_SHARE = 0.3  # part of the tolerance for the folded error
 EXACT_CELL = 8.0  # ns per phase and cell of the solver, on one core with AVX-512; slower machines exceed PATIENCE
 OVER_AREA = 8.0  # factor on EXACT_CELL for a height field, at 1.8 N; about 5 at 0.3 N
@@ -69,7 +71,9 @@ class FramePlan:
     stride: number of frames.
     errors: error of each order of the demand, relative to its peak-to-peak.
     scale: the kept band, as a part of the whole band.
-    work: predicted processor time per second of the motion, s.
+    work: predicted processor time per second of the motion, s, without landings.
+    allowed: largest error of each order (SI) that a landing leaves; empty: the load does not vary.
+    finer: largest number of solutions in a landing for each usual one.
     """
 
     count: int
@@ -77,6 +81,12 @@ class FramePlan:
     errors: tuple[float, ...]
     scale: float
     work: float
+    allowed: tuple[float, ...] = ()
+    finer: int = 1
+
+    def landings(self, orders: tuple[int, ...]) -> dict[int, float]:
+        """Return the largest error (SI) that a landing leaves, by order; orders: of the request."""
+        return dict(zip(orders, self.allowed, strict=False))
 
     def with_errors(self, more: Array) -> FramePlan:
         """Return the plan with `more` added to its errors [orders]."""
@@ -88,7 +98,6 @@ def plan_frames(
     scene: Scene,
     demand: Demand,
     known: tuple[float, Spectrum],
-    tolerance: float,
     scale: float,
     *,
     solved: bool = False,
@@ -99,7 +108,6 @@ def plan_frames(
     solved: whether every solution is one of eq. 1 even at a constant load, instead of being read from the series.
     demand: harmonics, orders and tolerance of the series.
     known: a load (N) and its series to this demand.
-    tolerance: whole tolerance, of which that of the demand is a part.
     scale: the kept band, as a part of the whole band.
     """
     motion = ScanMotion(scene)
@@ -123,7 +131,7 @@ def plan_frames(
     else:
         count = max(1, math.ceil(phases * fastest / rate))
     solution = solution_nanoseconds(contact) if varies or solved else CURVE_READ
-    return counted(scene, demand.orders, tolerance, scale, count, errors, solution)
+    return counted(scene, scale, count, errors, solution)
 
 
 def _error(series: Spectrum, place: int, demand: Demand) -> float:
@@ -136,25 +144,20 @@ def _error(series: Spectrum, place: int, demand: Demand) -> float:
 
 def counted(
     scene: Scene,
-    orders: tuple[int, ...],
-    tolerance: float,
     scale: float,
     count: int,
     errors: tuple[float, ...],
     solution: float,
 ) -> FramePlan | None:
-    """Return a plan of at least `count` solutions per stride, more if a landing requires them; see `plan_frames`.
+    """Return a plan of at least `count` solutions per stride; see `plan_frames`.
 
-    orders, errors: of the time derivatives; their errors are those without a landing.
+    errors: of the time derivatives, without a landing.
     solution: time of a solution without transforms, ns.
     """
     motion, stride = ScanMotion(scene), stride_of(scale)
     varies = motion.load_range()[0] != motion.load_range()[1]
     if varies:
-        landing = max(FOLDED[order] for order in orders) / (FOLDED_SHARE * tolerance)
-        count = max(math.ceil(SEEN * landing ** (1.0 / FALL)), count)
-        folded = (FOLDED[order] * (SEEN / count) ** FALL for order in orders)
-        errors = tuple(one + other for one, other in zip(errors, folded, strict=True))
+        count = max(count, FEWEST)
     if 4.0 * MARGIN / (scale * stride) * count > MOST_TOGETHER:
         return None
     work = 1e-9 * count * scene.output.sample_rate / stride * (solution + FRAME_SETUP)
@@ -185,6 +188,8 @@ class FrameSolver:
     scale: the kept band, as a part of the whole band.
     whole: as of `ScanMotion`.
     margin: frames on each side of a chunk at the full band.
+    landings: largest error (SI) of each order of the time derivatives that a landing may leave.
+    finer: largest number of solutions in a landing for each usual one.
     chunk: number of frames that are solved together; `longest` at most, but no shorter than the margins.
     """
 
@@ -201,8 +206,12 @@ class FrameSolver:
         longest: int = MOST_TOGETHER,
         margin: int = MARGIN,
         whole: bool = False,
+        landings: Mapping[int, float] = MappingProxyType({}),
+        finer: int = 1,
     ) -> None:
-        self._heights, self._scan, self._period = heights, scene.scan, scene.texture.period
+        self._heights, self._scene, self._whole = heights, scene, whole
+        self._scan, self._period = scene.scan, scene.texture.period
+        self._landings, self._finer = landings, finer
         self._rate, self._count, self._stride, self._scale = rate, count, stride, scale
         self._motion = ScanMotion(scene, rate * count / stride, whole=whole)
         self._frames = ScanMotion(scene, rate, whole=whole)
@@ -222,7 +231,7 @@ class FrameSolver:
         return (self.chunk + 2 * self._margin) // self._stride * self._count
 
     def touching(self, number: int) -> int:
-        """Return how many solutions of chunk `number` are solved: those at which the finger touches."""
+        """Return how many usual solutions of chunk `number` are solved: those at which the finger touches."""
         return int(np.count_nonzero(self._along(number).samples[LOAD] > 0.0))
 
     def solved(self, number: int, orders: tuple[int, ...]) -> Array:
@@ -230,22 +239,54 @@ class FrameSolver:
 
         The order WITH_MEAN is z itself, with its mean.
         """
-        frames, own = self.chunk + 2 * self._margin, slice(self._margin, self._margin + self.chunk)
-        value, mean = self._gated(self._along(number))
+        return self.solved_with_error(number, orders)[0]
+
+    def solved_with_error(self, number: int, orders: tuple[int, ...]) -> tuple[Array, Array]:
+        """Return the frames as `solved` does, and the error (SI) of each of `landings` by the landings of the chunk."""
+        motion = self._along(number)
+        rows, left = self._gated(motion), np.zeros(len(self._landings))
+        if self._finer > 1:
+            seconds, top = self._stride / (self._rate * self._count), REMOVED * self._scale * self._stride / self._count
+            parts = windows(motion.samples[LOAD], seconds, 2)
+            first, known = self._first(number), tuple(self._landings)
+
+            def again(begin: int, count: int, finer: int) -> Array:
+                return self._gated(self._motion_of(finer).at(first * finer + begin, count))
+
+            def quantities(some: Array) -> Array:
+                return self._quantities(some, known)
+
+            allowed = np.array(list(self._landings.values()))
+            rows, left = solved_again(rows, parts, again, quantities, allowed, top, self._finer)
         touching = self._frames.at(number * self.chunk, self.chunk).samples[LOAD] > 0.0
+        return self._quantities(rows, orders) * touching, left
+
+    def _quantities(self, rows: Array, orders: tuple[int, ...]) -> Array:
+        """Return each of `orders` at the frames of a chunk, SI; rows: of `_gated`."""
+        frames, own = self.chunk + 2 * self._margin, slice(self._margin, self._margin + self.chunk)
+        value, mean = rows
         return np.array([
-            self._limited(value + mean if order == WITH_MEAN else value, frames, max(order, 0))[own] * touching
+            self._limited(value + mean if order == WITH_MEAN else value, frames, max(order, 0))[own]
             for order in orders
         ])  # fmt: skip
 
-    def _along(self, number: int) -> Motion:
-        """Return the motion at the solutions of chunk `number`."""
-        return self._motion.at((number * self.chunk - self._margin) // self._stride * self._count, self.solutions)
+    def _first(self, number: int) -> int:
+        """Return the first usual step of chunk `number`, with its margins."""
+        return (number * self.chunk - self._margin) // self._stride * self._count
 
-    def _gated(self, motion: Motion) -> tuple[Array, Array]:
-        """Return y and the mean that is subtracted from z (both m, gated), at each frame of a motion."""
+    def _along(self, number: int) -> Motion:
+        """Return the motion at the usual solutions of chunk `number`."""
+        return self._motion.at(self._first(number), self.solutions)
+
+    def _motion_of(self, finer: int) -> ScanMotion:
+        """Return the motion at `finer` times the usual steps."""
+        rate = self._rate * self._count * finer / self._stride
+        return self._motion if finer == 1 else ScanMotion(self._scene, rate, whole=self._whole)
+
+    def _gated(self, motion: Motion) -> Array:
+        """Return y and the mean that is subtracted from z (both m, gated), at each step of a motion [2, steps]."""
         theta, loads, path = motion.position / self._period, motion.samples[LOAD], motion.path
-        value, means = np.zeros_like(loads), np.zeros_like(loads)
+        rows = np.zeros((2, len(loads)))
         touching = np.flatnonzero(loads > 0.0)
         if len(touching):
             some = loads[touching]
@@ -253,8 +294,8 @@ class FrameSolver:
             height = self._heights(theta[touching], some, *along)
             s = np.minimum(some / self._scan.lift_load, 1.0)
             faded, mean = s**3 * (10.0 + s * (6.0 * s - 15.0)), self._mean(np.cbrt(some))
-            value[touching], means[touching] = faded * (height - mean), faded * mean
-        return value, means
+            rows[:, touching] = faded * (height - mean), faded * mean
+        return rows
 
     def _limited(self, value: Array, frames: int, order: int) -> Array:
         """Return the time derivative of `value`, of order `order`, band-limited, at the frames.

@@ -1,114 +1,111 @@
-"""Solve a recording as often as its quickest landing or lift requires, and measure the folded error there.
+"""Solve z more often where the load changes quickly, so that a landing pays for itself and not for the whole scan.
 
-Stage   2, used by `preparation`, after `frame_solver` has planned a recording whose load varies.
-Model   Where the load begins or ends, z changes within a fraction of a millisecond. The place where the load changes
-        most within RISE is solved with the planned number of solutions and with twice as many. The change is the folded
-        error. While it exceeds its share of the tolerance, there are more solutions, within the limits on work and
-        memory of `frame_solver`, and up to MOST_FINER times as many. What remains is part of the errors. Numbers that
-        take more than LONGEST are not solved here: the error is then extrapolated. If the steady motion is below 1 nm,
-        the error is relative to the motion about the place.
-Source  design, section 4. In some 40 recordings (three fingers, landings of 2 to 30 ms) the error was 0.8 to 1.34 times
-        the change.
-Limits  Only the quickest place is solved, and not at the tightest tolerances, where MANY solutions take longer than
-        LONGEST.
+Stage   2, used by `frame_solver` in every chunk.
+Model   Where the load changes by QUICK of itself within RISE, z changes within a fraction of a millisecond. There it is
+        solved at two, four, ... times as many steps, and a short low-pass filter (a sinc in a Kaiser window) reduces
+        these to the usual steps. The number doubles until the quantities in the band change by no more than is allowed.
+Source  Kaiser & Schafer (1980), IEEE Trans. ASSP 28: the window and its length for an attenuation. The rest is this
+        project's.
+Limits  At most MOST_FINER times the usual steps. What a doubling leaves is taken to be LEFT of its change: in some 40
+        recordings (three fingers, landings of 2 to 30 ms) the error before a doubling was 0.8 to 1.34 times its change,
+        and each doubling left a quarter of it or less.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.load_balance import Contact
-from synth.motion.motion import LOAD
+from synth.motion.motion import LOAD, SPEED
 from synth.motion.scan_motion import ScanMotion
-from synth.plan.channels import SteadyScan, extent_and_peak
-from synth.plan.frame_solver import (
-    FALL,
-    FOLDED,
-    FOLDED_SHARE,
-    FRAME_SETUP,
-    MARGIN,
-    MOST_TOGETHER,
-    PATIENCE,
-    SEEN,
-    FramePlan,
-    FrameSolver,
-    solution_nanoseconds,
-)
-from synth.plan.motion_peak import LOOK_RATE, LOOKS
-from synth.response.mean_approach import Mean
 from synth.scene.scene import Scene
 
-RISE = 1e-3  # s
-LONGEST = 10.0  # s of predicted work; over an area a third of it or less is spent at 0.3 N
-MANY = 16  # solutions per stride: with more, the constants of `frame_solver` hold
-MOST_FINER = 16  # times the planned number: no render takes longer than this; 2 ms landings of a fingertip need 15
-ROUNDS = 6  # most increases of the number of solutions
-SURE_FALL = 2.0  # power with which the error falls at least; FALL is reached with many solutions only
-OVER_CHANGE = 1.5  # error over the change by twice as many solutions: a fingertip lands with up to 1.34
+LOOK_RATE, LOOKS = 4000.0, 1 << 20  # Hz; most moments at which a long recording is looked at
+RISE, QUICK = 1e-3, 0.1  # s; part of the load: a swing of a hand at 10 Hz changes the load by 3 to 6 %
+MOST_FINER = 64  # times the usual steps: 2 ms landings of a fingertip need 16
+MOST_STEPS = 1 << 22  # of all parts of a chunk: 400 MB of working memory
+LEFT = 0.5  # of the last change
+ATTENUATION = 110.0  # dB, of the low-pass filter: 3e-6 in the band and beyond it
+
+Solved = Callable[[int, int, int], Array]
+"""Rows of z at `count` steps from step `first` on, where steps are `finer` times as many: (first, count, finer)."""
 
 
-def at_landings(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mean, tolerance: float) -> FramePlan:
-    """Return `plan` with the solutions and the errors that the quickest landing or lift requires.
+def windows(loads: Array, seconds: float, beside: int) -> list[tuple[int, int]]:
+    """Return the parts of a motion in which the load changes quickly, as first and last step.
 
-    steady: a recording whose load varies, at its own speed and load.
-    contact: on the whole surface.
-    mean: mean of z over a period, as for `FrameSolver`.
+    loads: N, at equal steps of `seconds`.
+    beside: number of steps that are added on both sides.
     """
-    scene, place = steady.scene, _quickest(steady.scene)
-    if place is None:
-        return plan
-    solution = 1e-9 * (solution_nanoseconds(contact) + FRAME_SETUP)
-    strides = 4.0 * MARGIN / (plan.scale * plan.stride)  # of a chunk with its margins
-    most = min(MOST_TOGETHER / strides, plan.count * PATIENCE / (plan.work * scene.output.duration))
-    most = min(most, MOST_FINER * plan.count)
-    looked = LONGEST / (3.0 * strides * solution)  # the place is solved at this number and at twice as many
-    if plan.count > looked >= MANY:
-        return plan
+    reach = min(max(1, math.ceil(RISE / seconds)), len(loads) - 1)
+    before, after = loads[:-reach], loads[reach:]
+    starts = np.flatnonzero(np.abs(after - before) > QUICK * np.maximum(after, before))
+    found: list[tuple[int, int]] = []
+    for start in starts.tolist():
+        begin, end = max(start - beside, 0), min(start + reach + beside, len(loads) - 1)
+        if found and begin <= found[-1][1] + 1:
+            found[-1] = found[-1][0], end
+        else:
+            found.append((begin, end))
+    return found
 
-    def at_place(count: int) -> Array:
-        """Return the frames about the place with `count` solutions per stride, SI [orders, frames]."""
-        rate, size = scene.output.sample_rate, (plan.stride, plan.scale)
-        solver = FrameSolver(contact.heights, scene, mean, rate, count=count, stride=size[0], scale=size[1], longest=0)
-        return solver.solved(math.floor(place * rate / solver.chunk), steady.orders)
 
-    count, allowed = max(1, math.floor(min(plan.count, looked))), FOLDED_SHARE * tolerance
-    extents = np.array([extent_and_peak(steady.series(order))[0] for order in steady.orders])
-    least = np.array([steady.least(order) for order in steady.orders])
-    if np.any(extents <= least):  # then the steady motion is no measure
-        own = np.where(extents <= least, np.maximum(np.ptp(at_place(count), axis=1), least), extents)
-        if not own.all():
-            return plan
-        plan = replace(plan, errors=tuple((np.array(plan.errors) * np.maximum(extents, least) / own).tolist()))
-        extents = own
-    for step in range(ROUNDS + 1):
-        error = OVER_CHANGE * np.max(np.abs(at_place(2 * count) - at_place(count)), axis=1) / extents
-        excess = float(np.max(error)) / allowed
-        wanted = math.floor(min(most, looked, math.ceil(count * excess ** (1.0 / FALL))))
-        if wanted <= count or step == ROUNDS:
+def solved_again(
+    rows: Array, parts: list[tuple[int, int]], solve: Solved, limited: Callable[[Array], Array], allowed: Array,
+    top: float, most: int,
+) -> tuple[Array, Array]:  # fmt: skip
+    """Return `rows` with `parts` solved as often as is needed, and the error that is left of each quantity.
+
+    rows: z, and what is subtracted from it, at the usual steps, m [rows, steps].
+    limited: function that returns the quantities [quantities, frames] of such rows.
+    allowed: largest error of each quantity, SI.
+    top: highest frequency that counts, cycles per usual step.
+    most: largest number of steps for each usual one.
+    """
+    finer, before, left = 1, rows, np.zeros(len(allowed))
+    together = sum(last - first for first, last in parts)
+    while parts:
+        finer *= 2
+        weights = low_pass(finer, top)
+        beside = len(weights) // 2
+        after = before.copy()
+        for first, last in parts:
+            steps = solve(first * finer - beside, (last - first) * finer + 2 * beside + 1, finer)
+            windowed = np.lib.stride_tricks.sliding_window_view(steps, len(weights), axis=1)[:, ::finer]
+            after[:, first : last + 1] = windowed @ weights
+        left = LEFT * np.max(np.abs(limited(after - before)), axis=1)
+        before = after
+        if np.all(left <= allowed) or 2 * finer > most or 2 * finer * together > MOST_STEPS:
             break
-        count = wanted
-    wanted = max(plan.count, math.floor(min(most, math.ceil(count * excess ** (1.0 / SURE_FALL)))))
-    if wanted > count:  # too many to be solved here
-        count, error = wanted, error * (count / wanted) ** SURE_FALL
-    counted = [FOLDED[order] * (SEEN / plan.count) ** FALL for order in steady.orders]
-    beyond = np.maximum(error - counted, 0.0)
-    return replace(plan, count=count, work=plan.work * count / plan.count).with_errors(beyond)
+    return before, left
 
 
-def _quickest(scene: Scene) -> float | None:
-    """Return the time (s) at which the load begins or ends most quickly; None if it never does."""
-    seconds = scene.output.duration
-    rate = min(LOOK_RATE, LOOKS / seconds)
-    looked = ScanMotion(scene, rate)
-    load = looked.at(0, math.ceil(seconds * rate) + 1).samples[LOAD]
-    changes = np.flatnonzero((load[1:] > 0.0) != (load[:-1] > 0.0))
-    if not len(changes):
-        return None
-    reach = max(1, round(RISE * rate))
-    before, after = np.maximum(changes - reach, 0), np.minimum(changes + 1 + reach, len(load) - 1)
-    place = changes[np.argmax(np.maximum(load[before], load[after]))]
-    return float(place) / rate
+def pieces(scene: Scene) -> list[float]:
+    """Return the times (s) about which a recording is most demanding: its load changes most, in a landing and
+    elsewhere, or it is fastest or lightest."""
+    rate = min(LOOK_RATE, LOOKS / scene.output.duration)
+    samples = ScanMotion(scene, rate).at(0, math.ceil(scene.output.duration * rate) + 1).samples
+    load, reach = samples[LOAD], min(max(1, math.ceil(RISE * rate)), samples.shape[1] - 1)
+    changes, touching = np.abs(load[reach:] - load[:-reach]), load > 0.0
+    calm = np.ones(len(changes), bool)
+    for first, last in windows(load, 1.0 / rate, 0):
+        calm[first : last + 1] = False
+    wanted = np.argmax(changes), np.argmax(changes * calm), np.argmax(np.abs(samples[SPEED]) * touching)
+    return [int(at) / rate for at in (*wanted, np.argmin(np.where(touching, load, np.inf)))]
+
+
+@cache
+def low_pass(finer: int, top: float) -> Array:
+    """Return the weights that reduce `finer` times the usual steps to these; top: as of `solved_again`, below 1/2.
+
+    Frequencies up to `top` pass, and those that would fold onto them do not.
+    """
+    width = 1.0 - 2.0 * top  # of the transition, cycles per usual step
+    reach = math.ceil((ATTENUATION - 7.95) / (4.0 * math.pi * 2.285 * width)) * finer
+    places = np.arange(-reach, reach + 1)
+    weights = np.sinc(places / finer) * np.kaiser(len(places), 0.1102 * (ATTENUATION - 8.7))
+    return np.asarray(weights / np.sum(weights))

@@ -20,6 +20,7 @@ Limits  With OVERSAMPLING solutions per frame, the folded error is about 1 % of 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,11 +34,13 @@ from synth.plan.frame_solver import (
     CURVE_READ,
     FRAME_SETUP,
     MARGIN,
+    FramePlan,
     FrameSolver,
     Heights,
     solution_nanoseconds,
     stride_of,
 )
+from synth.plan.request import Request
 from synth.response.mean_approach import Mean
 from synth.response.phases import phase_step
 from synth.response.series_curve import SeriesCurve
@@ -62,14 +65,12 @@ LOOK_RATE = 4000  # Hz, rate of those moments: a step of the load takes at least
 
 def peaks_along(
     contact: Contact,
-    scene: Scene,
+    asked: Request,
     mean: Mean,
     orders: tuple[int, ...],
     series: Contact | None = None,
     read: Heights | None = None,
-    *,
-    count: int = OVERSAMPLING,
-    whole: bool = False,
+    plan: FramePlan | None = None,
 ) -> tuple[Array, str]:
     """Return the largest magnitude of the time derivative of each of `orders`, SI, float64 [orders], and a warning.
 
@@ -78,12 +79,16 @@ def peaks_along(
     mean: mean of z over a period, as for `FrameSolver`.
     series: contact whose series gives the estimates, where it is not `contact`.
     read: z (m) at places (turns) and loads (N), where the frames are read from a series, not solved.
-    count: solutions per stride of the file.
-    whole: as of `ScanMotion`.
+    plan: of the file; None for a voice with deadlines.
     """
+    scene, whole = asked.scene, asked.live
+    count = OVERSAMPLING if plan is None else plan.count
     solution = 1e-9 * ((solution_nanoseconds(contact) if read is None else CURVE_READ) + FRAME_SETUP)
     rate, length, warning = scene.output.sample_rate, _rendered(scene, whole), ""
-    search = _Search(read or contact.heights, scene, mean, orders, max(1, round(length * rate)), whole)
+    landings = {} if plan is None else plan.landings(asked.orders)
+    finer = 1 if plan is None else plan.finer
+    frames = max(1, round(length * rate))
+    search = _Search(read or contact.heights, scene, mean, orders, frames, whole, landings, finer)
     used, solver = count, search.solver(count)
     work = len(search.chunks(solver)) * solver.solutions * solution
     if work > PATIENCE:
@@ -105,7 +110,7 @@ def peaks_along(
 
 @dataclass(frozen=True, slots=True)
 class _Search:
-    """The frames in which the largest values are searched; the arguments are those of `peaks_along`.
+    """The frames in which the largest values are searched; the arguments are those of `FrameSolver`.
 
     frames: their number.
     """
@@ -116,14 +121,18 @@ class _Search:
     orders: tuple[int, ...]
     frames: int
     whole: bool
+    landings: Mapping[int, float]
+    finer: int
 
     def solver(self, count: int, longest: int | None = None, margin: int = MARGIN) -> FrameSolver:
         """Return a solver with `count` solutions per stride."""
         rate = self.scene.output.sample_rate
         scale = min(1.0, self.scene.output.band_limit / (BAND * rate))
-        sizes = {"stride": stride_of(scale), "longest": self.frames if longest is None else longest, "margin": margin}
-        whole = self.whole
-        return FrameSolver(self.heights, self.scene, self.mean, rate, count=count, scale=scale, whole=whole, **sizes)
+        return FrameSolver(
+            self.heights, self.scene, self.mean, rate, count=count, scale=scale, stride=stride_of(scale),
+            longest=self.frames if longest is None else longest, margin=margin,
+            whole=self.whole, landings=self.landings, finer=self.finer,
+        )  # fmt: skip
 
     def chunks(self, solver: FrameSolver) -> list[int]:
         """Return the numbers of all chunks of `solver`."""

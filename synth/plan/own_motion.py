@@ -1,7 +1,9 @@
 """The peaks of each quantity along a scan's own motion, and the mean of z that displacement leaves out.
 
 Stage   2, used by `preparation`.
-Model   Where the peaks along the motion are not those of the steady scan, `motion_peak` finds them. On a long surface
+Model   Pieces of a recording whose load varies are solved with the planned steps and with twice as many. The change is
+        the folded error. While it exceeds its share of the tolerance, there are more steps.
+        Where the peaks along the motion are not those of the steady scan, `motion_peak` finds them. On a long surface
         the peaks of displacement and approach are those at PLACES places.
 Source  design, section 4.
 Limits  A peak between two of the places is missed.
@@ -9,18 +11,21 @@ Limits  A peak between two of the places is missed.
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.contact.load_balance import Contact
-from synth.plan.channels import APPROACH, SteadyScan
+from synth.plan.channels import APPROACH, SteadyScan, extent_and_peak
 from synth.plan.direct_plan import AREA_MEAN_TOLERANCE, MEAN_TOLERANCE, over_area
 from synth.plan.direct_plan import MEANS as AREA_MEANS
 from synth.plan.direct_plan import PLACES as AREA_PLACES
-from synth.plan.frame_solver import WITH_MEAN, FramePlan
-from synth.plan.landing import at_landings
-from synth.plan.motion_peak import OVERSAMPLING, differs_from_cruise, peaks_along
+from synth.plan.frame_solver import FALL, PATIENCE, WITH_MEAN, FramePlan, FrameSolver
+from synth.plan.landing import MOST_FINER, pieces
+from synth.plan.motion_peak import NEAR_MARGIN, differs_from_cruise, peaks_along
 from synth.plan.request import Request, harmonics_in_band
 from synth.response.mean_approach import Mean, mean_curve, mean_over_area
 from synth.response.series_curve import SeriesCurve
@@ -28,7 +33,11 @@ from synth.scene.scene import Scene
 from synth.surfaces.height_field import HeightField
 
 MEAN_SHARE = 50.0  # times the tolerance: the costly mean on a line over an area, whose error is then a twentieth of it
-OF_ACCELERATION = 0.03  # part of the tolerance that the mean keeps for it, since a load may pass its knots quickly
+OF_ACCELERATION = 0.03  # least part of the tolerance that the mean keeps for it: a load may pass its knots quickly
+OF_LINES = 50.0  # that part, times the square of the band in lines of the texture: what is heard of a knot at most
+PIECE_SHARE = 0.15  # of the tolerance, for the folded error of pieces, and as much for what a landing leaves
+ROUNDS = 6  # most increases of the number of steps
+OVER_CHANGE = 1.5  # error over the change by twice as many steps
 PLACES = 512  # places of a long surface at which the peaks of displacement and approach are computed
 
 
@@ -53,15 +62,59 @@ def own_motion(
         return None, frames, peaks, ""
     mean = own_mean(asked, contact, tolerance)
     if frames is not None and scene.scan.trajectory is not None and asked.load_varies:
-        frames = at_landings(asked, frames, contact, mean, tolerance)
+        frames = with_pieces(asked, frames, contact, mean, tolerance)
     if all(channel.full_scale for channel in listed) or not (approach or differs):
         return mean, frames, peaks, ""
     known = tuple(sorted({0, *asked.orders, *({WITH_MEAN} if approach else ())}))
     of_series = not (asked.live or asked.load_varies or long or over_area(asked))  # as `voice.solved_frames` reads it
     read = SeriesCurve(asked.spectrum.harmonics).heights if of_series else None
-    count = OVERSAMPLING if frames is None else frames.count
-    found, warning = peaks_along(contact, scene, mean, known, series, read, count=count, whole=asked.live)
+    found, warning = peaks_along(contact, asked, mean, known, series, read, frames)
     return mean, frames, dict(zip(known, found.tolist(), strict=True)), warning
+
+
+def with_pieces(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mean, tolerance: float) -> FramePlan:
+    """Return `plan` with as many solutions as pieces of the motion require, and the error that these leave.
+
+    steady: a recording whose load varies, at its own speed and load.
+    contact: on the whole surface.
+    mean: mean of z over a period, as for `FrameSolver`.
+    """
+    scene, orders, rate = steady.scene, steady.orders, steady.scene.output.sample_rate
+    places, share = pieces(scene), PIECE_SHARE * tolerance
+    room = max(2.0, PATIENCE / (plan.work * scene.output.duration))  # times the planned solutions
+
+    def solved(count: int, allowed: Array) -> tuple[Array, Array]:
+        """Return the frames of the pieces, and the error that is left of their landings, SI."""
+        solver = FrameSolver(
+            contact.heights, scene, mean, rate, count=count, stride=plan.stride, scale=plan.scale, longest=0,
+            margin=NEAR_MARGIN, landings=dict(zip(orders, allowed.tolist(), strict=True)), finer=finer,
+        )  # fmt: skip
+        numbers = sorted({math.floor(place * rate / solver.chunk) for place in places})
+        found = [solver.solved_with_error(number, orders) for number in numbers]
+        return np.concatenate([frames for frames, _left in found], axis=1), np.max([left for _, left in found], axis=0)
+
+    finer, count = min(MOST_FINER, math.floor(room)), plan.count
+    extents = np.array([extent_and_peak(steady.series(order))[0] for order in orders])
+    least = np.array([steady.least(order) for order in orders])
+    if np.any(extents <= least):  # then the steady motion is no measure
+        moved = np.ptp(solved(count, np.full(len(orders), np.inf))[0], axis=1)
+        own = np.where(extents <= least, np.maximum(moved, least), extents)
+        if not own.all():
+            return plan
+        plan = replace(plan, errors=tuple((np.array(plan.errors) * np.maximum(extents, least) / own).tolist()))
+        extents = own
+    allowed = share * extents
+    for _round in range(ROUNDS):
+        few, left = solved(count, allowed)
+        folded = OVER_CHANGE * np.max(np.abs(solved(2 * count, allowed)[0] - few), axis=1)
+        excess = float(np.max(folded / allowed))
+        if excess <= 1.0 or 2 * count > room * plan.count:
+            break
+        count = math.ceil(count * min(max(excess ** (1.0 / FALL), 1.2), 4.0))
+    more = np.maximum(left, allowed) / extents + folded / extents
+    return replace(
+        plan, count=count, work=plan.work * count / plan.count, allowed=tuple(allowed.tolist()), finer=finer
+    ).with_errors(more)
 
 
 def own_mean(asked: Request, contact: Any, tolerance: float) -> Mean:
@@ -71,7 +124,8 @@ def own_mean(asked: Request, contact: Any, tolerance: float) -> Mean:
     if isinstance(contact.geometry.profile, HeightField):
         tolerance = min(max(MEAN_SHARE * tolerance, MEAN_TOLERANCE), AREA_MEAN_TOLERANCE)
         return mean_curve(contact, asked.loads, pressed(asked.scene), tolerance, AREA_PLACES, AREA_MEANS)
-    part = OF_ACCELERATION if 2 in asked.orders else 1.0
+    lines = asked.scene.output.band_limit / max(abs(asked.turns), 1e-9)
+    part = min(max(OF_LINES / lines**2, OF_ACCELERATION), 1.0) if 2 in asked.orders else 1.0
     return mean_curve(contact, asked.loads, pressed(asked.scene), part * tolerance)
 
 

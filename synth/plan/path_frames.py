@@ -133,7 +133,7 @@ def path_frames(asked: Request, contact: Contact, cells: Array, tolerance: float
         folded = folded + turning_errors(contact, contact, judged, load)[orders]
     folded = folded + cells[orders]
     errors = tuple(folded.tolist())
-    return counted(scene, asked.orders, tolerance, scale, count, errors, solution_nanoseconds(contact))
+    return counted(scene, scale, count, errors, solution_nanoseconds(contact))
 
 
 def _largest(curves: Array) -> Array:

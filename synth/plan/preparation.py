@@ -219,7 +219,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
             frames = path_frames(asked, contact, cells, tolerance, scale)
         else:
             known = pressed(scene), spectrum
-            frames = plan_frames(contact, scene, demand, known, left, scale, solved=asked.stretch is not None)
+            frames = plan_frames(contact, scene, demand, known, scale, solved=asked.stretch is not None)
             frames = frames and frames.with_errors(cells[list(asked.orders)])
     mean, frames, peaks, partly = own_motion(steady, contact, solved.whole, tolerance, frames)
     still = above_band(asked) or steady.silence(peaks)

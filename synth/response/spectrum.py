@@ -41,6 +41,7 @@ UNSEEN = 0.25  # change of a harmonic by an event between M phases, times M^4, r
 FOLDED_SHARE = 8  # folding is measured in at least the lowest 1/8 of the harmonics that the grid resolves
 PROBES = 16  # phases between all grids, at which a converged series is checked
 DISCRETE_SHARE = 0.3  # share of the tolerance for the discretisation, where there is one
+MOST_DISCRETE = 0.8  # share that it has where it cannot be finer; the phases keep the rest
 FINER_WORK = 8  # times the work of the last refinement: room for three more refinements
 JUDGED_PHASES = 384  # least number of phases at which a discretisation is tested; 3 per harmonic where that is more
 FRAME_PHASES = 2048  # most phases at which that of frames is tested; 4 per harmonic where that is fewer
@@ -151,7 +152,8 @@ def solve_spectrum(response: Response, load: float, demand: Demand, keep: int = 
 def _refined(coarse: Response, finer: Response, load: float, demand: Demand, keep: int) -> Spectrum:
     """Return the series of a response whose solver has a discretisation, whose error is added to its own."""
     chosen, left = _discretised(coarse, finer, load, demand)
-    rest = replace(demand, tolerance=(1.0 - DISCRETE_SHARE) * demand.tolerance)
+    spent = min(max(max(left), DISCRETE_SHARE * demand.tolerance), MOST_DISCRETE * demand.tolerance)
+    rest = replace(demand, tolerance=demand.tolerance - spent)
     found = _grown(chosen, load, rest, keep, min(MOST_PHASES, max(256, MOST_WORK // chosen.work_at(load))))
     errors = tuple(one + rest for one, rest in zip(found.errors, left, strict=True))
     return replace(found, errors=errors, discrete=left)

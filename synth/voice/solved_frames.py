@@ -38,8 +38,9 @@ class SolvedFrames:
         elif heights is None:
             heights = SeriesCurve(solved.spectrum.harmonics).heights
         self._solver = FrameSolver(
-            heights, solved.scene, mean, rate, count=plan.count, stride=plan.stride, scale=plan.scale
-        )
+            heights, solved.scene, mean, rate, count=plan.count, stride=plan.stride, scale=plan.scale,
+            landings=plan.landings(solved.orders), finer=plan.finer,
+        )  # fmt: skip
         self.chunk = self._solver.chunk
         self._kept: tuple[int, Block] = (-1, np.empty((0, 0), np.float32))
 

@@ -1,4 +1,4 @@
-"""A recording that lifts and lands within itself is solved as often as its quickest landing requires."""
+"""Where a recording lifts and lands within itself, z is solved as often as the landing requires."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from synth.plan.frame_solver import FrameSolver
+from synth.plan.landing import low_pass
 from synth.plan.preparation import Preparation, prepare
 from synth.response.table_error import QUANTITIES
 from synth.response_cache import ResponseCache
@@ -16,6 +17,7 @@ from tests.few import thorough
 
 GRATING = {"kind": "grating", "period": "1 mm", "height": "50 um", "ramp": "0.2 mm"}
 FINGERTIP = {"kind": "fingertip", "contact_length": "5 mm"}
+OFTEN = 24  # times the usual solutions, for the whole recording
 NARROW = {"sample_rate": 4000, "bandwidth": 500}
 
 
@@ -30,15 +32,18 @@ def planned(finger: dict[str, Any], texture: dict[str, Any], step: float, output
     return prepare(parse_scene({**scene, "accuracy": {"tolerance": tol}}), ResponseCache())
 
 
-def frames_of(solved: Preparation, finer: int) -> Any:
-    """Return all frames with `finer` times the planned solutions, SI [quantities, frames]."""
+def frames_of(solved: Preparation, finer: int | None = None) -> Any:
+    """Return all frames of the file, SI [quantities, frames]; finer: with so many times its solutions, everywhere."""
     plan = solved.frames
     assert plan is not None and solved.mean is not None
     rate, heights = solved.scene.output.sample_rate, solved.whole.heights
-    count, stride = finer * plan.count, plan.stride
+    count, landings, most = plan.count, plan.landings(solved.orders), plan.finer
+    if finer is not None:
+        count, landings, most = finer * count, {}, 1
     solver = FrameSolver(
-        heights, solved.scene, solved.mean, rate, count=count, scale=plan.scale, stride=stride, longest=0
-    )
+        heights, solved.scene, solved.mean, rate, count=count, scale=plan.scale, stride=plan.stride, longest=0,
+        landings=landings, finer=most,
+    )  # fmt: skip
     length = round((solved.scene.scan.trajectory[-1][0] + 0.02) * rate)  # type: ignore[index]
     chunks = range(-(-length // solver.chunk))
     return np.concatenate([solver.solved(number, (0, 1, 2)) for number in chunks], axis=1)
@@ -62,23 +67,58 @@ def test_landings_within_a_recording_keep_the_tolerance_and_the_told_error(
     finger: dict[str, Any], texture: dict[str, Any], step: float, output: dict[str, Any], tolerance: float
 ) -> None:
     solved = planned(finger, texture, step, output, tolerance)
-    errors = np.max(np.abs(frames_of(solved, 1) - frames_of(solved, 8)), axis=1)
+    errors = np.max(np.abs(frames_of(solved) - frames_of(solved, OFTEN)), axis=1)
     for channel, error, told in zip(solved.channels, errors, solved.frames.errors, strict=True):
         assert error / channel.extent <= told <= 1.1 * tolerance
 
 
-def test_a_landing_that_would_take_too_many_solutions_tells_its_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    """It is several times the tolerance with the number of a slow landing."""
-    monkeypatch.setattr("synth.plan.landing.PATIENCE", 1e-3)
+def test_a_landing_that_would_take_too_many_solutions_tells_its_error() -> None:
+    """With twice the usual solutions only, what is left is found, and is more than is allowed."""
     solved = planned(FINGERTIP, {}, 8e-3, {}, 1e-2)
-    error = np.max(np.abs(frames_of(solved, 1) - frames_of(solved, 8)), axis=1)[2] / solved.channels[2].extent
-    assert 2e-2 < error <= solved.frames.errors[2]
-    assert any("acceleration of the moving scan may be" in text for text in solved.warnings)
+    plan, contact, orders = solved.frames, solved.whole, (0, 1, 2)
+    assert plan is not None and solved.mean is not None
+    allowed = {order: 1e-4 * channel.extent for order, channel in zip(orders, solved.channels, strict=True)}
+    found = []
+    for finer in (2, 64):
+        solver = FrameSolver(
+            contact.heights, solved.scene, solved.mean, 16_000, count=4, scale=plan.scale, stride=plan.stride,
+            landings=allowed, finer=finer,
+        )  # fmt: skip
+        found.append(solver.solved_with_error(0, orders))
+    (few, left), (many, rest) = found
+    change = np.max(np.abs(few - many), axis=1)
+    assert np.all(rest <= list(allowed.values()))
+    assert np.all(change <= left + rest) and left[2] > allowed[2]
 
 
-def test_a_landing_that_takes_too_long_to_look_at_is_extrapolated(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("synth.plan.landing.ROUNDS", 0)  # the same as a LONGEST that the next number exceeds
-    solved = planned(FINGERTIP, {}, 8e-3, {}, 1e-2)
-    errors = np.max(np.abs(frames_of(solved, 1) - frames_of(solved, 8)), axis=1)
-    for channel, error, told in zip(solved.channels, errors, solved.frames.errors, strict=True):
-        assert error / channel.extent <= told <= 1.1e-2
+def test_frames_away_from_landings_do_not_pay_for_them() -> None:
+    """Only a few milliseconds about each landing are solved again."""
+    solved, solutions = planned(FINGERTIP, {}, 0.1, NARROW, 1e-2), []
+    plan, contact = solved.frames, solved.whole
+    assert plan is not None and solved.mean is not None
+
+    def heights(phases: Any, loads: Any) -> Any:
+        solutions.append(len(phases))
+        return contact.heights(phases, loads)
+
+    solver = FrameSolver(
+        heights, solved.scene, solved.mean, 4000, count=plan.count, scale=plan.scale, stride=plan.stride,
+        landings=plan.landings(solved.orders), finer=plan.finer,
+    )  # fmt: skip
+    chunks = range(-(-int(2.3 * 4000) // solver.chunk))
+    for number in chunks:
+        solver.solved(number, (0, 1, 2))
+    assert sum(solutions) < 4.0 * solver.solutions * len(chunks)
+
+
+@pytest.mark.parametrize("top", [0.03, 0.1225, 0.25])
+@pytest.mark.parametrize("finer", [2, 8, 64])
+def test_the_low_pass_keeps_the_band_and_removes_what_would_fold_into_it(finer: int, top: float) -> None:
+    weights = low_pass(finer, top)
+    places = (np.arange(len(weights)) - len(weights) // 2) / finer
+
+    def gains(cycles: Any) -> Any:
+        return np.abs(np.exp(-2j * np.pi * np.outer(cycles, places)) @ weights)
+
+    assert np.max(np.abs(gains(np.linspace(0.0, top, 50)) - 1.0)) <= 1e-5
+    assert np.max(gains(np.linspace(1.0 - top, min(0.5 * finer, 8.0), 400))) <= 1e-5

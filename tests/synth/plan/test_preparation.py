@@ -200,10 +200,10 @@ def test_a_long_recording_is_solved_where_it_is_loud(monkeypatch: pytest.MonkeyP
     points = np.column_stack([0.02 * number, np.cumsum(0.02 * speeds), loads]).tolist()
     solved = prepare(recording(points, sample_rate=8000))
     assert solved.contact is not None and solved.mean is not None
-    whole, told = peaks_along(solved.contact, solved.scene, solved.mean, (0, 1, 2))
+    whole, told = peaks_along(solved.contact, solved, solved.mean, (0, 1, 2))
     assert not told
     monkeypatch.setattr(motion_peak, "PATIENCE", 0.02)
-    part, told = peaks_along(solved.contact, solved.scene, solved.mean, (0, 1, 2))
+    part, told = peaks_along(solved.contact, solved, solved.mean, (0, 1, 2))
     assert "may have been missed" in told
     assert part == pytest.approx(whole, rel=0.1)
 
