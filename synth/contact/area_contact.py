@@ -12,16 +12,17 @@ Limits  The size of the cells follows from the ridges and from the shortest wave
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Self, TypeVar
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.contact.area_grid import BESIDE, AreaGrid, FingerRows
-from synth.contact.area_path import heights_along
+from synth.contact.area_path import RECENT, heights_along
 from synth.contact.area_solver import ROW
 from synth.contact.area_texture import FINER, FINER_OF_SMALLER, MOST_PLACES, stored_texture
 from synth.contact.full_contact import FullContact
@@ -29,6 +30,7 @@ from synth.contact.geometry import Geometry
 from synth.contact.line import MIDDLE, Line
 from synth.contact.load_balance import Contact, PhaseSolver
 from synth.errors import Fault, SceneError
+from synth.response_cache import kept
 from synth.surfaces.height_field import HeightField
 from synth.surfaces.ridge_field import turned_back
 
@@ -41,8 +43,6 @@ CELLS_TOGETHER = 1 << 18  # that are computed together: 2 MB an array
 NARROW = 1e-4  # least extent of a cell across an edge, relative to its other extent: `beside_edge` divides by it
 SETTLES = 0.25  # part of the error that remains when the cells are halved: the error is of second order
 COARSEST = 4.0  # largest factor on the cells that keeps the texture in memory; a fingertip then has 3 cells per ridge
-GRIDS_KEPT = 4  # a scene is prepared more than once
-SMALLER_KEPT = 2  # a file solves the last two sizes of its cells at several loads; up to 80 MB each
 
 T = TypeVar("T", bound=Contact)
 Heights = Callable[[Array, Array], Array]
@@ -146,8 +146,12 @@ class CombOnArea(Contact):
     @cached_property
     def grid(self) -> PhaseSolver:
         """Its cells; the profile of its geometry must be a height field."""
-        made = comb_grid if self.coarser >= 1.0 else smaller_grid
-        return made(self.geometry, self.line, self.coarser)
+        return comb_grid(self.geometry, self.line, self.coarser)
+
+    @cached_property
+    def recent(self) -> deque[AreaGrid]:
+        """See `area_path.AreaContact`."""
+        return deque(maxlen=RECENT)
 
     def heights(self, phases: Array, loads: Array, path: Array | None = None) -> Array:
         """Return z (m) on its line, or along a path; see `fingertip.FingertipContact.heights`."""
@@ -177,7 +181,7 @@ class CombOnArea(Contact):
         return None
 
 
-@lru_cache(GRIDS_KEPT)
+@kept
 def comb_grid(geometry: Geometry, line: Line = MIDDLE, coarser: float = 1.0) -> AreaGrid:
     """Return the cells of a comb on the height field of `geometry`; x = 0 is where a comb along x begins.
 
@@ -200,9 +204,6 @@ def comb_grid(geometry: Geometry, line: Line = MIDDLE, coarser: float = 1.0) -> 
     middle, area, scale = (0.5 * length, line.y), length**2, geometry.height_scale
     grid = finger_grid(heights, shares, (box, box), widest, step, middle, area, texture, scale, coarser)
     return replace(grid, cell=1.0 / float(np.sum(grid.finger[:, 3], dtype=np.float64)))  # A0 is kept
-
-
-smaller_grid = lru_cache(SMALLER_KEPT)(comb_grid.__wrapped__)
 
 
 def beside_edge(distance: Array, along: float, across: float) -> Array:

@@ -71,7 +71,7 @@ class FingerRows:
         into[3] = shares
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, weakref_slot=True)
 class AreaGrid:
     """The cells of a finger over a texture; heights are relative to `height_scale`.
 

@@ -4,7 +4,8 @@ Stage   CONTACT.
 Model   The cells of a finger are prepared at directions TURN_STEP apart, counted from that of the contact's line. At a
         direction between two of these, the blocks of the nearer one are moved about the middle of the finger
         (`area_grid`). In the OVERLAP halfway between both, z is solved for both and cross-faded. The most recently used
-        directions are cached.
+        directions are kept in PARTS, and the last RECENT also by the contact itself, for a map that is too large for
+        PARTS.
 Source  Fagiani & Barbieri (2016), eq. 1. The directions are this project's.
 Limits  Halfway between two directions, z of square dots differs from that of cells prepared at that direction by at
         most 1 % of its peak-to-peak. To prepare a new direction takes the time of some hundred solutions.
@@ -13,9 +14,10 @@ Limits  Halfway between two directions, z of square dots differs from that of ce
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Hashable
-from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from typing import Any, Protocol, Self
 
@@ -26,12 +28,12 @@ from synth.contact.area_grid import AreaGrid
 from synth.contact.geometry import Geometry
 from synth.contact.line import Line
 from synth.contact.stiffness import Stiffness
+from synth.response_cache import PARTS
 from synth.surfaces.height_field import HeightField
 
 TURN_STEP = math.radians(1.0)  # between two directions
 OVERLAP = 0.1  # of TURN_STEP: here z is solved for both; with less, the change between lattices is heard as a step
-DIRECTIONS = 32  # grids in memory, about 1 MB each: a hand that turns back and forth reuses them
-FEW_DIRECTIONS = 4  # the same with smaller cells, up to 20 MB each: a file uses two at a time
+RECENT = 4  # directions, about 1 MB each: a block has two at most, and a hand trembles between two or three
 
 
 class AreaContact(Protocol):
@@ -66,6 +68,10 @@ class AreaContact(Protocol):
     def grid_at(self, direction: float) -> AreaGrid:
         """Return its cells at another direction (rad), at the same y."""
 
+    @property
+    def recent(self) -> deque[AreaGrid]:
+        """The last RECENT directions that were solved."""
+
 
 def coarsened(contact: AreaContact, coarser: float) -> Any:
     """Return `contact`, a dataclass, with cells `coarser` times as large as usual."""
@@ -80,20 +86,12 @@ def turned(contact: AreaContact, angle: float) -> Any:
     return replace(contact, line=line)  # type: ignore[type-var]
 
 
-@dataclass(frozen=True, slots=True)
-class _Turned:
-    """A contact at `number` times TURN_STEP from its own direction."""
-
-    key: Hashable
-    number: int
-    contact: AreaContact = field(compare=False)
-
-
-def _made(one: _Turned) -> AreaGrid:
-    return one.contact.grid_at(one.contact.line.direction + one.number * TURN_STEP)
-
-
-_grid, _grid_of_smaller_cells = lru_cache(DIRECTIONS)(_made), lru_cache(FEW_DIRECTIONS)(_made)
+def _grid(contact: AreaContact, number: int) -> AreaGrid:
+    """Return the cells at `number` times TURN_STEP from the direction of `contact`."""
+    direction = contact.line.direction + number * TURN_STEP
+    grid: AreaGrid = PARTS.get((_grid, contact.key, number), partial(contact.grid_at, direction))
+    contact.recent.append(grid)
+    return grid
 
 
 def heights_along(contact: AreaContact, phases: Array, loads: Array, path: Array) -> Array:
@@ -113,13 +111,13 @@ def heights_along(contact: AreaContact, phases: Array, loads: Array, path: Array
     lower = np.floor(turns).astype(np.int64)
     beyond = (turns - lower - 0.5) / OVERLAP + 0.5  # 0 to 1 in the overlap
     part = np.clip(beyond, 0.0, 1.0) ** 2 * (3.0 - 2.0 * np.clip(beyond, 0.0, 1.0))
-    z, grid_of = np.zeros(len(phases)), _grid if contact.coarser >= 1.0 else _grid_of_smaller_cells
+    z = np.zeros(len(phases))
     numbers = [0, *(np.flatnonzero(np.diff(lower)) + 1).tolist(), len(phases)]
     for first, end in pairwise(numbers):
         for number, share in ((int(lower[first]), 1.0 - part), (int(lower[first]) + 1, part)):
             some = first + np.flatnonzero(share[first:end])
             if len(some):
-                grid, angles = grid_of(_Turned(contact.key, number, contact)), (turns[some] - number) * TURN_STEP
+                grid, angles = _grid(contact, number), (turns[some] - number) * TURN_STEP
                 solved = grid.solve_places(phases[some], across[some], indentation[some], turns=angles)
                 z[some] += share[some] * solved.height
     return z

@@ -4,19 +4,19 @@ Stage   CONTACT.
 Model   h2 is the mean of the texture over a cell of the finger. It is stored at up to FINER places per cell along and
         across, in the order [place in a cell across, along, row, column], so that neighbouring cells are neighbours in
         memory. The stored columns reach beyond a period by the length of the finger, so no index wraps.
-Limits  A texture is stored once for all directions of a finger; the most recently used ones are kept.
+Limits  A texture is stored once for all directions of a finger.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from synth.contact.area_solver import BEFORE, WIDE, highest_tops
+from synth.response_cache import kept
 from synth.surfaces.height_field import HeightField
 
 Floats = np.ndarray[Any, np.dtype[np.float32]]
@@ -27,10 +27,9 @@ FINER = 8  # most places per cell; with fewer, interpolation errors add up: all 
 FINER_OF_SMALLER = 4  # the same for cells smaller than usual: the interpolation error is then a third of the others
 MOST_PLACES = 1 << 24  # of the texture: 64 MB
 PLACES_TOGETHER = 1 << 17  # that are computed together: 0.5 MB
-KEPT = 4  # stored textures: a scene, the one before a change, and other sizes of the cells
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, weakref_slot=True)
 class StoredTexture:
     """A texture on the lattice of a finger; heights are relative to the scale of the solver.
 
@@ -57,7 +56,7 @@ class StoredTexture:
         return self.heights.nbytes + self.crests.nbytes
 
 
-@lru_cache(KEPT)
+@kept
 def stored_texture(
     texture: HeightField, step: tuple[float, float], columns: int, scale: float, finest: int = FINER
 ) -> StoredTexture:

@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -36,11 +36,11 @@ from synth.contact.load_balance import Contact, PhaseSolver, solver_of
 from synth.contact.profile_solver import SegmentGrid
 from synth.contact.stiffness import Stiffness
 from synth.errors import Fault, SceneError
+from synth.response_cache import kept
 
 USUAL_LOAD = 8.0  # N: loads up to it share one polyline, so z does not depend on the other loads of the same call
 LONGEST_SPAN = 0.2  # m: longer than any hand; the work per phase is proportional to it
 WINDOWS = 24  # numbers of crests, and of widths about each, that `lowest_approach` tries; fewer give a longer span
-SPANS_KEPT = 64  # spans, one per load: each is needed several times in a row
 SLACK = 1e-9  # of a1 + a2, subtracted from z0: more than the rounding error of the bound
 
 
@@ -228,7 +228,7 @@ class RoundContact(Contact):
         return (1.0 - self.finger.foundation_exponent) * self.indentation(load) / load
 
 
-@lru_cache(maxsize=SPANS_KEPT)
+@kept
 def _spanned(geometry: Geometry, finger: RoundFinger, load: float, deeper: float = 0.0) -> Geometry:
     """Return `geometry` over the length D about its middle, beyond which nothing touches at `load` (N) at any phase.
 

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.footprint import REACH, Footprint
 from synth.kernels import kernel
+from synth.response_cache import kept
 from synth.surfaces.ridge_field import WAVES, RidgeField
 
 Floats = np.ndarray[Any, np.dtype[np.float32]]
@@ -39,7 +39,6 @@ BENEATH = 0.25  # of that height: how far below the lowest level rows are known,
 SHALLOWEST = 0.75  # of that height: less deep columns are not made
 DEEPER = 1.3  # factor between the depths for which columns are made: a finger at many loads needs few
 MOST_SWELL = math.sqrt(2.0 * WAVES)  # bound of the random field of the ridges' heights
-SURFACES_KEPT, COLUMNS_KEPT = 4, 4  # 9 MB a surface, and 14, 22 and 35 MB if finer; 1 to 30 MB the columns
 
 
 @dataclass(frozen=True)
@@ -98,7 +97,7 @@ class FingerSurface:
         return REACH**2 * self.footprint.depth + 2.0 * ridges
 
 
-@lru_cache(SURFACES_KEPT)
+@kept
 def samples_of(surface: FingerSurface, coarser: float) -> tuple[float, float, Array]:
     """Return the distances of the samples along and across (m), and the heights (m) [along, across].
 
@@ -117,7 +116,7 @@ def samples_of(surface: FingerSurface, coarser: float) -> tuple[float, float, Ar
     return along, across, surface.heights(x, y)
 
 
-@lru_cache(COLUMNS_KEPT)
+@kept
 def finger_columns(surface: FingerSurface, levels: int, drop: float, coarser: float) -> FingerColumns:
     """Return the columns of `surface`.
 

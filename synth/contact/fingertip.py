@@ -15,9 +15,10 @@ Limits  Columns, nodes and cells are numerics: `halved` brings them closer toget
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -32,6 +33,7 @@ from synth.contact.line import MIDDLE, Line
 from synth.contact.load_balance import Contact, PhaseSolver
 from synth.contact.stiffness import Stiffness
 from synth.contact.texture_nodes import texture_nodes
+from synth.response_cache import kept
 from synth.surfaces.height_field import HeightField
 from synth.surfaces.profile import Profile
 from synth.surfaces.ridge_field import RidgeField
@@ -43,9 +45,6 @@ PIECES_A_RIDGE, FEWEST_PIECES = 16, 48  # of the texture: per ridge, and least n
 RISES = 8  # pieces over the height of a ridge, where the texture is steep
 FINEST = 1.0 / 8.0  # least factor on all of these distances: 30 MB of columns, 0.4 s
 MOST_NODES, MOST_COLUMNS = 1 << 17, 24_000  # of a period, 5 MB; of a finger, as 10 mm have at FINEST
-LINES_KEPT, FINER_KEPT = 12, 3  # solvers on textures along a line: 1 to 10 MB each; finer ones for files, 5 to 50 MB
-GRIDS_KEPT = 4  # solvers over an area, since a scene is prepared more than once; 1 to 80 MB each
-SMALLER_KEPT = 2  # the same with smaller cells: a file solves the last two sizes at several loads; up to 80 MB each
 
 
 def area_grid(
@@ -75,7 +74,7 @@ def area_grid(
     return finger_grid(heights, shares, box, max(size), step, (0.0, line.y), area, texture, scale, coarser)
 
 
-@lru_cache(LINES_KEPT)
+@kept
 def line_grid(surface: FingerSurface, texture: Profile, scale: float, coarser: float) -> FingertipGrid:
     """Return the solver of `surface` over a `texture` along a line.
 
@@ -87,11 +86,6 @@ def line_grid(surface: FingerSurface, texture: Profile, scale: float, coarser: f
     length = min(ridge / PIECES_A_RIDGE, under / FEWEST_PIECES)
     nodes = texture_nodes(texture, coarser * length, coarser * tall / RISES)
     return FingertipGrid(surface, nodes, texture.period, texture.extent, coarser, scale)
-
-
-finer_line_grid = lru_cache(FINER_KEPT)(line_grid.__wrapped__)
-kept_area_grid = lru_cache(GRIDS_KEPT)(area_grid)
-smaller_area_grid = lru_cache(SMALLER_KEPT)(area_grid)
 
 
 @dataclass(frozen=True)
@@ -153,10 +147,8 @@ class FingertipContact(Contact):
         texture, scale = self.geometry.profile, self.geometry.height_scale
         assert texture is not None
         if isinstance(texture, HeightField):
-            cells = kept_area_grid if self.coarser >= 1.0 else smaller_area_grid
-            return cells(self.field, self.footprint, texture, scale, self.line, self.coarser)
-        made = line_grid if self.coarser >= 1.0 else finer_line_grid
-        return made(self.surface, texture, scale, self.coarser)
+            return kept(area_grid)(self.field, self.footprint, texture, scale, self.line, self.coarser)
+        return line_grid(self.surface, texture, scale, self.coarser)
 
     def middle_line(self, places: Array) -> Array:
         """Return the height of the fingertip (m) at x = `places` (m, from the middle) on the line y = 0."""
@@ -216,6 +208,13 @@ class FingertipContact(Contact):
         from synth.contact.area_path import heights_along
 
         return heights_along(self, phases, loads, path)
+
+    @cached_property
+    def recent(self) -> deque[AreaGrid]:
+        """See `area_path.AreaContact`."""
+        from synth.contact.area_path import RECENT
+
+        return deque(maxlen=RECENT)
 
     def grid_at(self, direction: float) -> AreaGrid:
         """Return its cells on a height field at another direction (rad)."""

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import dataclass, fields, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import ClassVar, Protocol, Self
 
 import numpy as np
@@ -24,10 +24,10 @@ from synth.contact.full_contact import FullContact, full_contact
 from synth.contact.geometry import Geometry
 from synth.contact.profile_solver import SegmentGrid
 from synth.contact.stiffness import Stiffness
+from synth.response_cache import kept
 
 LEAST_TOUCHING = 1e-12  # of the length: keeps dz/dw finite where nothing touches
 FINEST = 1 << 17  # segments per period and per contact; more take seconds to prepare and change z by 1e-8 of a1 + a2
-MOST_KEPT = 4  # solvers, about 12 MB each at their finest; rows of the load grid are solved one at a time
 
 
 class PhaseSolver(Protocol):
@@ -52,7 +52,7 @@ class PhaseSolver(Protocol):
         """Return the mean of max(h - z, 0) (m) and the touching part, as `exact_solver.Grid.measure` does."""
 
 
-@lru_cache(maxsize=MOST_KEPT)
+@kept
 def solver_of(geometry: Geometry, dome: float = 0.0) -> PhaseSolver:
     """Return the solver of `geometry`.
 
@@ -82,11 +82,6 @@ class Contact:
     def grid(self) -> PhaseSolver:
         """The solver; that of the nominal length, where the length depends on the load."""
         return solver_of(self.geometry)
-
-    @property
-    def grid_bytes(self) -> int:
-        """Memory of the solver, in bytes: 0 until it is prepared."""
-        return self.grid.nbytes if "grid" in self.__dict__ else 0
 
     def refined(self) -> Contact | None:
         """Return the contact on segments of half the length; None where that is not possible.

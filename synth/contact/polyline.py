@@ -13,11 +13,11 @@ Limits  A profile that is linear between knots is reproduced to round-off. The e
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 
 import numpy as np
 
 from synth.arrays import Array
+from synth.response_cache import kept
 from synth.surfaces.profile import Profile
 
 FEWEST_SEGMENTS = 64  # per period: enough to show the shape of a texture of a few ridges
@@ -28,7 +28,7 @@ NODES, WEIGHTS = (0.5 - 0.5 * math.sqrt(0.6), 0.5, 0.5 + 0.5 * math.sqrt(0.6)), 
 PARTS = 4  # per segment, each with its own nodes
 
 
-@lru_cache(maxsize=4)  # a growing contact has a new solver at each load, on the same polyline
+@kept  # a growing contact has a new solver at each load, on the same polyline
 def knots_of(profile: Profile, segments: int) -> tuple[Array, float]:
     """Return the heights (m) at `segments` equally spaced knots over a period, and the place (m) of the first knot.
 
@@ -80,7 +80,7 @@ def first_segments(profile: Profile, ridge_period: float, scale: float, points_a
     return math.ceil(least / corners) * corners if evenly_spaced(profile) else least
 
 
-@lru_cache(maxsize=4)  # a long profile has many corners
+@kept  # a long profile has many corners
 def evenly_spaced(profile: Profile) -> bool:
     """Return whether the corners of `profile` divide its period into equal parts."""
     corners = len(profile.corners)

@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -27,6 +26,7 @@ from synth.contact.exact_solver import Approaches, angles_of_centres, first_gues
 from synth.contact.geometry import Geometry
 from synth.contact.polyline import first_segments, knots_of
 from synth.kernels import kernel, summing
+from synth.response_cache import kept
 from synth.surfaces.profile import Profile
 
 BLOCK = 16  # segments; a smaller block costs more bounds, a larger one more sums where z crosses it
@@ -146,7 +146,7 @@ class SegmentGrid:
         return self.texture, self.finger, self.blocks, self.numbers
 
 
-@lru_cache(maxsize=4)  # contacts whose length follows the load share an entry: the window is a power of two
+@kept  # contacts whose length follows the load share an entry: the window is a power of two
 def _texture(profile: Profile, count: int, scale: float, window: int) -> Array:
     """Return the rows of `SegmentGrid.texture` over a period of `count` segments and a window, at a scale (m)."""
     heights = knots_of(profile, count)[0] / scale

@@ -5,8 +5,6 @@ Stage   CONTACT: the only place that knows which solver a kind of finger has.
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 from synth.contact.geometry import Geometry
 from synth.contact.line import Line
 from synth.contact.load_balance import Contact
@@ -15,10 +13,6 @@ from synth.scene.finger_section import Finger
 from synth.scene.scene import Scene
 from synth.surfaces.height_field import HeightField
 from synth.surfaces.profile import Profile
-
-KEPT = 4
-"""Fingertips in memory, 12 MB each, up to 40 MB on a very fine texture. A live change requests its contact three times.
-Without this cache, half of the time of the change would be spent on sampling the fingertip three times."""
 
 
 def contact_of(scene: Scene, profile: Profile | None = None, coarser: float = 1.0, *, refines: bool = False) -> Contact:
@@ -46,11 +40,10 @@ def contact_of(scene: Scene, profile: Profile | None = None, coarser: float = 1.
     return Contact(geometry, stiffness)
 
 
-@lru_cache(KEPT)
 def _fingertip(
     finger: Finger, geometry: Geometry, stiffness: Stiffness, line: Line, coarser: float, refines: bool
 ) -> Contact:
-    """Return the contact of a fingertip: the same object for scenes that differ only in scan, effects or output."""
+    """Return the contact of a fingertip. Scenes that differ only in scan, effects or output share its solver."""
     from synth.contact.fingertip import FingertipContact
     from synth.surfaces.ridge_field import RidgeField
 

@@ -181,10 +181,6 @@ class OutputStage(Protocol):
     def signals(self) -> tuple[Signal, ...]:
         """Signals that it reads if a simulation runs. `Passage.signals` has their frames, in this order."""
 
-    @property
-    def memory_bytes(self) -> int:
-        """Size in bytes."""
-
     def louder(self, times: float, moved: tuple[float, ...]) -> OutputStage:
         """Return the stage with larger full scales, where the scene does not set them, for the motions of a hand.
 

@@ -118,12 +118,6 @@ class DirectPlan:
         return self.rate * self.solution_seconds
 
     @property
-    def memory_bytes(self) -> int:
-        """Memory of the plan, in bytes. With a layered table, which is shared, neither it nor the grid is counted."""
-        contact: Any = self.contact
-        return 4096 + (0 if self.table is not None else int(contact.grid.nbytes))
-
-    @property
     def table(self) -> LayeredTable | None:
         """The layered table that is read, or None."""
         return getattr(self.contact, "table", None)
@@ -164,7 +158,6 @@ class Spread:
     """Factor on the size of a finger's cells over an area, as `affordable` has chosen it."""
 
     coarser: float
-    memory_bytes = 8
 
 
 SPREAD_FORM = json_form(asdict, lambda fields: Spread(fields["coarser"]))

@@ -91,12 +91,6 @@ class PreparedEffects:
         silent = tuple(replace(one, full_scale=one.full_scale * times) for one in self.silent)
         return replace(self, stages=tuple(stage.louder(times, moved) for stage in self.stages), silent=silent)
 
-    @property
-    def memory_bytes(self) -> int:
-        """Memory of the effects, in bytes."""
-        held = 0 if self.simulation is None else self.simulation.simulation.nbytes
-        return held + sum(stage.memory_bytes for stage in self.stages)
-
 
 def shape_for(
     contact: Contact, scene: Scene, demand: Demand, loads: tuple[float, float], turns: float

@@ -49,7 +49,6 @@ class CellErrors:
     """Errors of displacement, velocity and acceleration by the cells of a contact, relative to the peak-to-peak."""
 
     errors: tuple[float, ...]
-    memory_bytes: int = 100
 
 
 CELLS_FORM = json_form(asdict, lambda fields: CellErrors(tuple(fields["errors"])))

@@ -125,15 +125,6 @@ class Preparation(Request):
         assert found is not None
         return found
 
-    @property
-    def memory_bytes(self) -> int:
-        """Memory of the preparation, in bytes, without its table, which is shared."""
-        held = 0 if self.on_surface is None else self.on_surface.grid_bytes
-        held += 0 if self.spectrum is None else self.spectrum.memory_bytes
-        held += sum(channel.reader.nbytes for channel in self.channels if channel.reader is not None)
-        held += 0 if self.effects is None else self.effects.memory_bytes
-        return held + (0 if self.contact is None else self.contact.grid_bytes) + 1024
-
 
 def prepare(
     scene: Scene,

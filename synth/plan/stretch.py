@@ -15,13 +15,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 
 from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
 from synth.contact.polyline import evenly_spaced
+from synth.response_cache import kept
 from synth.scene.scene import Scene
 from synth.surfaces import profile_of
 from synth.surfaces.height_field import HeightField
@@ -67,7 +67,7 @@ def stretch_of(scene: Scene, harmonics: int, most: int) -> Stretch | None:
     return _roughest(profile, length, scene.finger.contact_length)
 
 
-@lru_cache(maxsize=4)
+@kept
 def _roughest(profile: Profile, length: float, overlap: float) -> Stretch:
     """Return the stretch of `length` (m) with the largest rms slope; overlap: of its ends, m."""
     spaced = evenly_spaced(profile)

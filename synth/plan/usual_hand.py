@@ -67,7 +67,6 @@ class UsualPeaks:
 
     usual: tuple[float, ...]
     own: tuple[float, ...]
-    memory_bytes: int = 200
 
 
 PEAKS_FORM = json_form(asdict, lambda fields: UsualPeaks(tuple(fields["usual"]), tuple(fields["own"])))

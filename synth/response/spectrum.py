@@ -98,11 +98,6 @@ class Spectrum:
     solver: str
     discrete: tuple[float, ...] = ()
 
-    @property
-    def memory_bytes(self) -> int:
-        """Memory in bytes."""
-        return self.harmonics.nbytes
-
     def document(self) -> dict[str, Any]:
         """Return the spectrum as a JSON document; `of` reads it back, bit for bit."""
         return asdict(self) | {"harmonics": self.harmonics.view(float).tolist()}

@@ -6,9 +6,9 @@ Model   h_texture(x - p) - h_finger(x) replaces the two cosines of eq. 2. The ph
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
+from synth.response_cache import kept
 from synth.scene.texture_registry import kinds
 from synth.surfaces.profile import Profile
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:  # not at run time: a scene imports the kinds while it is bein
 
 
 def profile_of(scene: Scene) -> Profile:
-    """Return the texture of `scene`. The profiles of the last few textures are cached, with their tables and bounds."""
+    """Return the texture of `scene`. Profiles are kept with their tables and bounds (`PARTS`)."""
     return _made(scene.texture)
 
 
-@lru_cache(maxsize=16)
+@kept
 def _made(texture: Texture) -> Profile:
     profile: Profile = kinds()[texture.kind].make(texture.values())
     return profile

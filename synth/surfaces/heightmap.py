@@ -8,12 +8,12 @@ Limits  MOST_POINTS heights.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import lru_cache
 from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field, ValidationError
 
+from synth.response_cache import kept
 from synth.scene.quantity import Dimension
 from synth.scene.rules import (
     MOST_FAULTS,
@@ -34,7 +34,6 @@ from synth.surfaces.measured_area import MeasuredArea
 from synth.surfaces.surface_data import SurfaceData, surface_at
 
 MOST_POINTS = 1 << 24  # of a map: 64 MB; 4,096 x 4,096
-CACHED = 4  # surfaces in memory, 64 MB each at most
 LONGEST = 1.0  # m, of the period along and across
 HEIGHT = Quantity(Dimension.LENGTH, -LARGEST_HEIGHT, LARGEST_HEIGHT)
 
@@ -110,7 +109,7 @@ def _made(values: Mapping[str, Any]) -> MeasuredArea:
     return _area(_data(values), values["ends"] or "mirror", values["phase"])
 
 
-@lru_cache(maxsize=CACHED)
+@kept
 def _area(data: SurfaceData, ends: str, phase: float) -> MeasuredArea:
     """Return the surface. The last few are cached with their bounds and Rq, which take 40 ns per height."""
     return MeasuredArea(data, ends, phase)

@@ -22,7 +22,7 @@ import math
 import warnings
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from hashlib import blake2b
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
@@ -32,6 +32,7 @@ from pydantic import Field
 from pydantic_core import PydanticCustomError
 
 from synth.errors import Fault, SceneError, shown
+from synth.response_cache import kept
 from synth.scene.quantity import Dimension
 from synth.scene.rules import Fields, Quantity, QuantityList, Refusal, Rule, refusal, refused, words_of
 from synth.scene.section import Section, without
@@ -175,7 +176,7 @@ def _made(values: Mapping[str, Any]) -> MeasuredProfile:
     return _of_surface(values["surface"], values["ends"], values["phase"])
 
 
-@lru_cache(maxsize=4)  # without it, each check of a scene would make a long surface again
+@kept  # without it, each check of a scene would make a long surface again
 def _of_surface(address: str, ends: str | None, phase: float) -> MeasuredProfile:
     data = surface_at(address)
     assert data is not None, "the scene was checked where the surface was known"

@@ -20,6 +20,7 @@ import numpy as np
 
 from synth.arrays import Block
 from synth.errors import Fault, SceneError
+from synth.held_memory import Held, held_by
 from synth.plan.effect_choice import added_quantities
 from synth.plan.plan import Plan
 from synth.plan.preparation import Preparation, prepare
@@ -97,6 +98,10 @@ class LiveVoice:
     def finished(self) -> bool:
         """True once the voice was released and has faded out, including the limiter's look-ahead."""
         return self._released and self._silent >= max(1, self._ahead)
+
+    def held(self, change: Change | None = None) -> Held:
+        """Return the memory that this voice keeps alive, or that `change` keeps."""
+        return held_by(self if change is None else change)
 
     def prepare(self, scene: Scene) -> Change:
         """Return the prepared change to `scene`. Raises SceneError where it changes a value that a stream fixes."""

@@ -117,12 +117,6 @@ class PropagatedStage:
         """See `OutputStage`."""
         return ()
 
-    @property
-    def memory_bytes(self) -> int:
-        """See `OutputStage`."""
-        held = 0 if self.filter is None else 8 * self.filter.memory + self.filter.taps.nbytes
-        return held + (0 if self.steady is None else self.steady.nbytes)
-
     def louder(self, times: float, moved: tuple[float, ...]) -> PropagatedStage:
         """See `OutputStage`."""
         if self.fixed:

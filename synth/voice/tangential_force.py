@@ -158,12 +158,6 @@ class TangentialStage:
         """See `OutputStage`."""
         return () if self.forces else SIMULATED
 
-    @property
-    def memory_bytes(self) -> int:
-        """See `OutputStage`."""
-        held = sum(one.series.nbytes for one in self.forces)  # the tables are shared
-        return held + (0 if self.steady is None else self.steady[0].nbytes)
-
     def louder(self, times: float, moved: tuple[float, ...]) -> TangentialStage:
         """See `OutputStage`."""
         if self.law.full_scale is not None:

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from synth.arrays import Block
+from synth.held_memory import held_by
 from synth.motion.fade_envelope import fade_envelope
 from synth.motion.motion import Motion, completed
 from synth.motion.scan_motion import ScanMotion
@@ -155,15 +156,12 @@ class Voice:
 
     @property
     def memory_bytes(self) -> int:
-        """Memory in bytes of the prepared scene, with its tables, and of the voice's own state."""
-        parts = [self.solved]
-        if self._for_hand is not None and not self.solved.by_hand:
-            parts.append(self._for_hand)
-        layered = [part.direct.table for part in parts if part.direct is not None]
-        tables = [table for table in (*(part.table for part in parts), *layered) if table is not None]
-        held = sum(one.memory_bytes for one in (*parts, *tables))
-        held += self._scan.memory_bytes if isinstance(self._scan, SolvedFrames) else 0
-        return held + sum(one.memory_bytes for one in (self._effects, self._hand_effects) if one is not None)
+        """Memory in bytes of all that the voice keeps alive: its scene, tables, surfaces, solvers and own state.
+
+        Where frames are solved together, the working memory of a chunk counts, too.
+        """
+        working = self._scan.memory_bytes if isinstance(self._scan, SolvedFrames) else 0
+        return held_by(self).bytes + working
 
     @property
     def late(self) -> int:

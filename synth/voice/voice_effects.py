@@ -70,11 +70,6 @@ class VoiceEffects:
         simulated = 0 if self._running is None else self._running.margin
         return max([simulated, *(stage.delay(state) for stage, state in self._stages)])
 
-    @property
-    def memory_bytes(self) -> int:
-        """Memory of the simulation's state in bytes."""
-        return 0 if self._plan is None else self._plan.simulation.voice_bytes
-
     def along(self, frame: int, phase: int, step: int, motion: Motion | None, out: Block) -> None:
         """Apply the effects to a block of the scan's own motion, from `frame` on.
 

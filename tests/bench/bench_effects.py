@@ -178,7 +178,7 @@ def against_equal(name: str, document: dict[str, Any], what: str, repeats: int) 
     """Return the time of a block of the voice of `document`, relative to a voice of the default scene at full band."""
     full = {"output": {"bandwidth": "full"}}
     voices = open_voice(parse_scene(full)), open_voice(parse_scene(document | full))
-    assert voices[0].memory_bytes == voices[1].memory_bytes
+    assert abs(voices[0].memory_bytes - voices[1].memory_bytes) < 1000  # the scene names its effects
     blocks = SOUND // FRAMES
     renders: list[list[Callable[[], object]]] = [[partial(voice.render, FRAMES)] * blocks for voice in voices]
     first, second = alternated(renders[0], renders[1], repeats)

@@ -91,11 +91,6 @@ class Decimator:
         return cls(taps, orders, margin, steps, droop)
 
     @property
-    def nbytes(self) -> int:
-        """Size of the taps in bytes."""
-        return int(self.taps.nbytes)
-
-    @property
     def late_row(self) -> int:
         """Index of the row of `taps` for late values."""
         return len(self.orders)

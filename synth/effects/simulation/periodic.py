@@ -69,11 +69,6 @@ class PeriodicState:
     load: float
     repeats: bool = True
 
-    @property
-    def nbytes(self) -> int:
-        """Size of the states in bytes."""
-        return sum(state.nbytes for _phase, state in self.places)
-
     def at(self, stepper: Stepper, phase: int, step: float) -> Any:
         """Return the state at `phase`, ready to continue in steps of `step` (s)."""
         sign = 1 if self.turns > 0.0 else -1

@@ -28,7 +28,6 @@ from synth.effects.simulation.periodic import PeriodicState
 from synth.effects.simulation.steps import (
     ATTACHED,
     HEIGHT,
-    NUMBERS,
     REACTION,
     ROWS,
     SLOPE_FORCE,
@@ -91,17 +90,6 @@ class Simulation:
     def rate(self) -> int:
         """Steps per second."""
         return self.scene.output.sample_rate * self.steps
-
-    @property
-    def nbytes(self) -> int:
-        """Size in bytes."""
-        return self.stepper.nbytes + self.filters.nbytes + (0 if self.steady is None else self.steady.nbytes)
-
-    @property
-    def voice_bytes(self) -> int:
-        """Size per voice in bytes: a state, and the steps that the filter looks back at."""
-        state = 8 * (1 + NUMBERS + math.prod(self.stepper.shape))
-        return state + 8 * ROWS * 2 * self.filters.margin * self.steps
 
     def signal(self, kind: int, rows: Array, loads: Array) -> Array:
         """Return a signal from the rows of some steps, before the lift gate."""

@@ -69,11 +69,6 @@ class SkinPoints:
         """Number of points."""
         return int(self.rows.shape[1])
 
-    @property
-    def nbytes(self) -> int:
-        """Size in bytes."""
-        return self.rows.nbytes + self.table.nbytes
-
 
 @dataclass(frozen=True, slots=True)
 class Span:

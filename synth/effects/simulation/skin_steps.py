@@ -104,11 +104,6 @@ class SkinStepper(Stepper):
     pull = 0.0
 
     @property
-    def nbytes(self) -> int:
-        """Size in bytes."""
-        return self.points.nbytes
-
-    @property
     def scale(self) -> float:
         """See `Stepper`."""
         return self.points.height_scale

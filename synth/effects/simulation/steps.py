@@ -84,11 +84,6 @@ class State:
         state.numbers[STEP] = step
         return state
 
-    @property
-    def nbytes(self) -> int:
-        """Size in bytes."""
-        return self.numbers.nbytes + self.phase.nbytes + self.elements.nbytes
-
 
 class Stepper(ABC):
     """Simulates one contact. Coefficients are frozen, so that one stepper serves many states.
@@ -115,11 +110,6 @@ class Stepper(ABC):
     def shape(self) -> tuple[int, ...]:
         """Shape of the elements of a state."""
         return (0,)
-
-    @property
-    @abstractmethod
-    def nbytes(self) -> int:
-        """Size in bytes."""
 
     @property
     @abstractmethod

@@ -104,11 +104,6 @@ class TableStepper(Stepper):
     step_time = TABLE_STEP
 
     @property
-    def nbytes(self) -> int:
-        """Size in bytes."""
-        return self.table.nbytes
-
-    @property
     def at_rest(self) -> TableStepper:
         """See `Stepper`."""
         return replace(self, mass=0.0, damping=0.0, with_forces=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from synth.contact.area_path import OVERLAP, TURN_STEP, coarsened, heights_along
 from synth.contact.area_solver import BEFORE
 from synth.contact.fingertip import FingertipContact
 from synth.contact.scene_contact import contact_of
+from synth.response_cache import PARTS
 from synth.scene.scene import parse_scene
 from synth.surfaces.dots import Dots
 from synth.surfaces.measured_area import MeasuredArea
@@ -152,3 +154,31 @@ def test_a_line_of_the_scan_is_a_place_of_the_path() -> None:
     assert found.heights(phases, load, path) - line == pytest.approx(np.full(20, 0.0), abs=1e-12)
     assert middle.heights(phases, load, path) - line == pytest.approx(np.full(20, 0.0), abs=1e-9)
     assert np.ptp(middle.heights(phases, load) - line) > 1e-7
+
+
+def test_a_hand_that_trembles_makes_no_cells_again_even_where_the_cache_has_no_room(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(PARTS, "max_bytes", 0)
+    found, made = contact("fingertip", period="1.47 mm"), list[float]()
+    monkeypatch.setattr(FingertipContact, "grid_at", spied(FingertipContact.grid_at, made))
+    directions = TURN_STEP * np.array([0.0, 0.5, 1.0, 0.4, 0.1, 0.5, 0.9])
+    z = [z_at(found, direction) for direction in directions]
+    assert len(made) == 2
+    PARTS.resize(1 << 27)
+    assert [z_at(contact("fingertip", period="1.47 mm"), direction) for direction in directions] == z
+
+
+def spied(method: Callable[..., AreaGrid], made: list[float]) -> Callable[..., AreaGrid]:
+    """Return `method`, which adds the direction of each call to `made`."""
+
+    def grid_at(self: FingertipContact, direction: float) -> AreaGrid:
+        made.append(direction)
+        return method(self, direction)
+
+    return grid_at
+
+
+def z_at(found: FingertipContact | CombOnArea, direction: float) -> float:
+    """Return z (m) at one place and direction (rad)."""
+    return float(heights_along(found, np.array([0.3]), np.array([0.4]), np.array([[1e-4], [direction]]))[0])
