@@ -19,6 +19,7 @@ from synth.motion.motion import Update
 from synth.scene.scene import Scene
 
 if TYPE_CHECKING:
+    from synth.held_memory import Held
     from synth.response.table import ResponseTable
 
 
@@ -67,6 +68,9 @@ class LiveVoice(Voice, Protocol):
     @property
     def reduction_db(self) -> float:
         """Return the limiter's largest gain reduction in the last block, in dB."""
+
+    def held(self, change: Any = None) -> Held:
+        """Return the memory that the voice keeps alive, or that a `change` keeps. Takes up to some milliseconds."""
 
     def prepare(self, scene: Scene) -> Any:
         """Return the solved change to `scene`. Slow."""
@@ -156,11 +160,6 @@ class TableFile:
     document: dict[str, Any]
     surface: str | None = None
 
-    @property
-    def memory_bytes(self) -> int:
-        """Size in bytes, for the cache."""
-        return len(self.content)
-
 
 class CacheCounts(Protocol):
     """Counts of a cache of solved scenes."""
@@ -173,16 +172,15 @@ class CacheCounts(Protocol):
     def misses(self) -> int:
         """Return the number of lookups that did not."""
 
-    @property
-    def used_bytes(self) -> int:
-        """Return the size of all entries, in bytes."""
-
 
 class Engine(Protocol):
     """Scenes in, voices out."""
 
     def cache_counts(self) -> CacheCounts:
         """Return the counts of the cache."""
+
+    def cached_bytes(self) -> int:
+        """Return the memory of all that is cached: responses, tables, and the surfaces and solvers of scenes."""
 
     def open_voice(self, scene: Scene) -> FiniteVoice:
         """Return a voice at frame 0 for a finite render."""
@@ -233,24 +231,32 @@ class Engine(Protocol):
 
 
 class SynthEngine:
-    """`synth`, with one cache of contact responses for the process."""
+    """`synth`, with a cache of contact responses. Half of its memory is for surfaces and solvers (`PARTS`)."""
 
     def __init__(self, cache_bytes: int, textures: Path | None = None) -> None:
         """Make the cache.
 
-        cache_bytes: the bound on its memory.
+        cache_bytes: the bound on the memory of both. Surfaces and solvers may take LEAST_PARTS in any case.
         textures: the data folder. It has the imported textures, for the processes of measurements, and the tables
             that outlive the process. None: there is none.
         """
         self._textures = textures
         from synth.kept_files import KeptFiles
-        from synth.response_cache import ResponseCache
+        from synth.response_cache import LEAST_PARTS, PARTS, ResponseCache
 
-        self._cache = ResponseCache(cache_bytes, KeptFiles(tables_folder(textures)) if textures else None)
+        PARTS.resize(max(LEAST_PARTS, cache_bytes // 2))
+        files = KeptFiles(tables_folder(textures)) if textures else None
+        self._cache = ResponseCache(cache_bytes - cache_bytes // 2, files)
 
     def cache_counts(self) -> CacheCounts:
         """See `Engine`."""
         return self._cache
+
+    def cached_bytes(self) -> int:
+        """See `Engine`."""
+        from synth.response_cache import PARTS, bytes_of
+
+        return bytes_of(self._cache, PARTS)
 
     def open_voice(self, scene: Scene) -> FiniteVoice:
         """See `Engine`."""

@@ -190,11 +190,11 @@ class Service:
         }
         gauges: dict[str, tuple[str, Callable[[], float]]] = {
             "cache_bytes": (
-                "Memory of cached responses and tables; RIDGEWAVE_CACHE_BYTES bounds it per worker.",
-                lambda: cache().used_bytes,
+                "Memory of cached responses, tables, surfaces and solvers; RIDGEWAVE_CACHE_BYTES bounds it per worker.",
+                self.engine.cached_bytes,
             ),
             "live_bytes": (
-                "Memory of live sessions with recordings, without voices; RIDGEWAVE_LIVE_BYTES bounds it per worker.",
+                "Memory of sessions: voices, buffers and recordings; RIDGEWAVE_LIVE_BYTES bounds it per worker.",
                 lambda: self.sessions.used_bytes,
             ),
             "sessions": ("Sessions of plain HTTP, streaming or not.", lambda: self.sessions.count("http")),

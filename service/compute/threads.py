@@ -90,13 +90,20 @@ class BlockThreads(Executor):
                 self._calls.put(None)
 
     def _run(self) -> None:
-        while (call := self._calls.get()) is not None:
-            asked, future, work = call
-            if future.set_running_or_notify_cancel():
-                self._waited(time.monotonic() - asked)
-                try:
-                    future.set_result(work())
-                except BaseException as error:
-                    future.set_exception(error)
-            with self._lock:
-                self._busy -= 1
+        while self._called(self._calls.get()):
+            pass
+
+    def _called(self, call: tuple[float, Future[Any], Callable[[], Any]] | None) -> bool:
+        """Do one call, None for the end; return whether there was one. An idle thread keeps no voice alive."""
+        if call is None:
+            return False
+        asked, future, work = call
+        if future.set_running_or_notify_cancel():
+            self._waited(time.monotonic() - asked)
+            try:
+                future.set_result(work())
+            except BaseException as error:
+                future.set_exception(error)
+        with self._lock:
+            self._busy -= 1
+        return True

@@ -311,13 +311,13 @@ class Settings:
         268_435_456,
         _whole(0, 1 << 40),
         "0 to 1099511627776 bytes",
-        "Memory for solved contact responses and response tables, shared by all renders and sessions of a process.",
+        "Memory for solved contact responses, tables, surfaces and solvers, shared by all sessions of a process.",
     )
     live_bytes: int = _setting(
-        1 << 29,
+        1 << 30,
         _whole(1 << 20, 1 << 40),
         "1048576 to 1099511627776 bytes",
-        "Memory of a worker for the buffers and recordings of live sessions. Beyond, sessions are closed with 1013.",
+        "Memory of a worker for all sessions: voices, buffers, recordings. Beyond, new ones are refused (503, 1013).",
     )
     shutdown_timeout: int = _setting(
         1,

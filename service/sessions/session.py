@@ -26,6 +26,7 @@ from service.sessions.scene_changes import WAITING_BYTES, Changes, Waiting, merg
 from service.sessions.voice_stream import Kind, VoiceStream
 from service.sinks.player import Player
 from synth.errors import RidgewaveError
+from synth.held_memory import Held
 from synth.scene.scene import Scene, scene_text
 from synth.scene.text import json_text, object_from_text
 
@@ -101,14 +102,16 @@ class Session:
         solver: Solves,
         metrics: Metrics,
         named: Callable[[Any], Any],
+        require_room: Callable[..., None],
     ) -> None:
         """Make a session.
 
         scene_text: JSON of the scene of an HTTP session.
         stream: the voice of a live session; in an HTTP session, the voice for the first listener.
         named: replaces the name of an imported texture in a partial scene.
+        require_room: raises Problem (full) if all sessions, with the streams that it is given, take too much memory.
         """
-        self._named = named
+        self._named, self._require_room = named, require_room
         self.id, self.owner, self.kind = name, owner.key, stream.kind
         self.scene, self.scene_text = scene, scene_text
         self.stream: VoiceStream | None = stream
@@ -128,6 +131,11 @@ class Session:
         """Return whether the session has a reader, a play or a connection."""
         playing = self.player is not None and self.player.playing
         return playing or self.reader is not None or self.peer is not None
+
+    @property
+    def held(self) -> list[Held]:
+        """Return the memory of its voices."""
+        return [held for stream in {self.stream, *self.streams} if stream is not None for held in stream.held]
 
     @property
     def streams(self) -> list[VoiceStream]:
@@ -150,7 +158,8 @@ class Session:
         async with self._lock:
             stream, self.stream = self.stream, None
             if stream is None:
-                stream = VoiceStream(await self._solver.run(self._client, self._open, self.scene))
+                stream = await self._solver.run(self._client, self._open, self.scene)
+                self._require_room(stream)
         if self.ended:
             raise Problem("not-found", "The session has ended.")
         return stream
@@ -234,19 +243,33 @@ class Session:
                 return text, [self._metrics.timed("change", stream.prepare, scene) for stream in streams]
 
             made = await self._solver.run(self._client, merged, self.scene, batch, change, prepare)
-            if made.coming is not None:
+            full = None if made.coming is None else self._no_room(streams, made.coming[1][1])
+            if made.coming is not None and full is None:
                 self.scene, (self.scene_text, prepared) = made.coming
                 if not streams:
-                    self.stream = VoiceStream(prepared[0])
+                    self.stream = prepared[0]
                 elif self.kind == "http":
                     self.stream = None
                 for stream, coming in zip(streams, prepared, strict=False):
                     stream.change(coming)
         for place, one in enumerate(batch):
-            one.settle(made.refused.get(place))
+            one.settle(made.refused.get(place) or full)
 
-    def _open(self, scene: Scene) -> Any:
-        return self._metrics.timed("voice", self._engine.open_live, scene)
+    def _no_room(self, streams: Sequence[VoiceStream], prepared: Sequence[Any]) -> Problem | None:
+        """Return why `streams` may not take the changes in `prepared`, which they then forget; None if they may.
+
+        prepared: without a stream the new voice.
+        """
+        try:
+            self._require_room(*([] if streams else prepared))
+        except Problem as full:
+            for stream in streams:
+                stream.refuse_change()
+            return full
+        return None
+
+    def _open(self, scene: Scene) -> VoiceStream:
+        return VoiceStream(self._metrics.timed("voice", self._engine.open_live, scene))
 
     def _tell_peer(self, error: Exception | None) -> None:
         if error is None:

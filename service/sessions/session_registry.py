@@ -20,12 +20,14 @@ from service.operations.metrics import Metrics
 from service.operations.settings import Settings
 from service.problems import Problem
 from service.sessions.fixed_output import open_pinned
+from service.sessions.free_memory import FreeMemory
 from service.sessions.recordings import Recordings, recording_of
 from service.sessions.session import Owner, Session, text_to_keep
 from service.sessions.session_ids import new_id, not_found
 from service.sessions.voice_stream import Kind, VoiceStream
 from service.sinks.player import Player
 from service.store.owned_textures import OwnedTextures
+from synth.held_memory import bytes_together
 from synth.scene.scene import Scene
 
 EXPIRED_AT_A_TIME = 4  # per call of `look`; a hundred at once would delay all streams by 30 ms
@@ -48,6 +50,7 @@ class Sessions:
         self.textures = OwnedTextures(settings)
         self._sessions: dict[str, Session] = {}
         self._opening: Counter[Kind] = Counter()
+        self._free_memory = FreeMemory()
         self._closed = False
 
     def __len__(self) -> int:
@@ -59,9 +62,8 @@ class Sessions:
 
     @property
     def used_bytes(self) -> int:
-        """Return the bytes of live sessions, without their voices, and of kept recordings."""
-        kept = [session.stream.used_bytes for session in self._sessions.values() if session.stream is not None]
-        return sum(kept) + self.recordings.used_bytes
+        """Return the bytes of all sessions and of kept recordings. What several voices share counts once."""
+        return self._bytes_with()
 
     def require_open(self) -> None:
         """Raise Problem (closing) during a shutdown."""
@@ -101,11 +103,11 @@ class Sessions:
             scene, text, stream = await self._solver.run(owner.client, opened)
         finally:
             self._opening[kind] -= 1
-        if stream.used_bytes and not self._has_room(stream.used_bytes):
-            sentence = f"Live sessions have less than {stream.used_bytes} bytes of memory left (RIDGEWAVE_LIVE_BYTES)."
-            raise Problem("full", sentence)
+        self._require_room(stream)
         named = partial(self.textures.named, key=owner.key)
-        session = Session(name, owner, scene, text, stream, self.engine, self._solver, self.metrics, named)
+        session = Session(
+            name, owner, scene, text, stream, self.engine, self._solver, self.metrics, named, self._require_room
+        )
         self._sessions[name] = session
         return session
 
@@ -137,7 +139,7 @@ class Sessions:
         session.stream.tell_counts(self.metrics, ended=True)
         if session.stream.records:
             self.recordings.keep(session, session.stream)
-        session.stream = None  # a session is part of cycles; its voice is freed now, not when these are collected
+        self._let_go(session)
 
     async def recording(self, name: str, key: int | None) -> bytes:
         """Return the JSON of a live session's recording. Raises Problem (not-found), also for another key."""
@@ -186,7 +188,8 @@ class Sessions:
         for session in over[:EXPIRED_AT_A_TIME]:
             self._end(session)
         self.recordings.expire(time.monotonic())
-        if not self._has_room(0):
+        self._free_memory.look(time.monotonic())
+        if not self._has_room(self.used_bytes):
             for session in self._sessions.values():
                 if session.stream is not None and session.stream.records:
                     session.stream.voice.end_recording()
@@ -198,10 +201,35 @@ class Sessions:
         else:
             self._sessions.pop(session.id, None)
             session.end(at_once=at_once)
+            self._let_go(session)
 
-    def _has_room(self, more: int) -> bool:
-        """Return whether `more` bytes are free, if necessary after the removal of the oldest recordings."""
-        return self.recordings.free(self.used_bytes + more - self._settings.live_bytes) <= 0
+    def _let_go(self, session: Session) -> None:
+        """Let the memory of an ended session be freed now, not when Python next collects cycles."""
+        self._free_memory.ended(bytes_together(session.held))
+        session.stream = None
+
+    def _bytes_with(self, *streams: VoiceStream) -> int:
+        """Return the bytes of all sessions, of kept recordings, and of `streams`."""
+        sessions = self._sessions.values()
+        held = [held for session in sessions for held in session.held]
+        own = [session.stream.used_bytes for session in sessions if session.stream is not None]
+        own += [stream.used_bytes for stream in streams]
+        held += [held for stream in streams for held in stream.held]
+        return sum(own) + bytes_together(held) + self.recordings.used_bytes
+
+    def _require_room(self, *streams: VoiceStream) -> None:
+        """Raise Problem (full) if all sessions, with `streams`, take more memory than they may."""
+        before, needed = self.used_bytes, self._bytes_with(*streams)
+        if not self._has_room(needed):
+            limit = self._settings.live_bytes
+            asked = f"needs {needed - before} bytes" if streams else "needs more"
+            sentence = f"This stream {asked}, and the sessions of this worker would take {needed} of {limit} bytes "
+            sentence += "(RIDGEWAVE_LIVE_BYTES). End other streams, or write a smaller texture."
+            raise Problem("full", sentence, headers={"Retry-After": self._retry_after()})
+
+    def _has_room(self, needed: int) -> bool:
+        """Return whether `needed` bytes in all are allowed, if necessary after the removal of the oldest recordings."""
+        return self.recordings.free(needed - self._settings.live_bytes) <= 0
 
     def _retry_after(self) -> str:
         waits = [session.expires_in(self._settings.session_idle) for session in self._sessions.values()]

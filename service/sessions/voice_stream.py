@@ -20,6 +20,7 @@ from typing import Any, Literal, TypeVar
 from service.engine import LiveVoice
 from service.operations.metrics import Metrics
 from synth.encode.formats import Block
+from synth.held_memory import Held
 from synth.scene.scene import Scene
 from synth.voice.fades import faded
 
@@ -44,6 +45,7 @@ class VoiceStream:
     largest_reduction_db: of the limiter, in all blocks so far.
     turn: held while a block is rendered outside the event loop.
     coming: the prepared change that waits for the next block.
+    held: memory of the voice, and of a prepared change until it is applied.
     quick: blocks are rendered in the event loop.
     """
 
@@ -59,6 +61,7 @@ class VoiceStream:
         self.largest_reduction_db = 0.0
         self.turn = asyncio.Lock()
         self.coming: Any = None
+        self.held: tuple[Held, ...] = (voice.held(),)
         self.quick = True
         self._slow_blocks = 0
 
@@ -69,7 +72,7 @@ class VoiceStream:
 
     @property
     def used_bytes(self) -> int:
-        """Return the memory of the stream in bytes, without its voice."""
+        """Return the memory of the stream in bytes, without its voice (`held`)."""
         return 0
 
     @property
@@ -79,7 +82,13 @@ class VoiceStream:
 
     def prepare(self, scene: Scene) -> Any:
         """Return the solved change to `scene`. Slow: call it from a thread."""
-        return self.voice.prepare(scene)
+        change = self.voice.prepare(scene)
+        self.held = self.held[0], self.voice.held(change)
+        return change
+
+    def refuse_change(self) -> None:
+        """Forget the memory of a prepared change that is not applied."""
+        self.held = self.held[:1]
 
     def change(self, change: Any) -> None:
         """Cross-fade to `change` from the next block on. It replaces a change that still waits. From any thread."""
@@ -103,6 +112,7 @@ class VoiceStream:
         if change is None:
             return False
         self.voice.apply(change)
+        self.held = self.held[-1:]
         self.quick = False
         return True
 

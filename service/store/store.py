@@ -17,7 +17,6 @@ import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field
-from functools import lru_cache
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -34,7 +33,6 @@ NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,63}")
 ALLOWED_NAME = "1 to 64 small letters, digits and -, beginning with a letter or digit"
 BUSY_SECONDS = 20.0
 NO_ROOM = {sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY}
-CACHED = 4  # surfaces in memory, 64 MB each at most
 UNREADABLE = (
     "the imported textures cannot be read or kept. The data folder (RIDGEWAVE_DATA_FOLDER) must be writable and have "
     "room, and textures.sqlite in it must be whole."
@@ -390,7 +388,6 @@ def _plain_errors(folder: Path | None) -> Iterator[None]:
         raise CannotRender(UNREADABLE + (f" It is {folder}." if folder else "")) from error
 
 
-@lru_cache(maxsize=CACHED)
 def _read_surface(store: Store, address: str) -> SurfaceData:
     import numpy as np
 
@@ -413,8 +410,10 @@ def _read_surface(store: Store, address: str) -> SurfaceData:
 
 
 def _cached_surface(store: Store, address: str) -> SurfaceData | None:
+    from synth.response_cache import kept
+
     try:
-        return _read_surface(store, address)
+        return kept(_read_surface)(store, address)
     except KeyError:
         return None
 

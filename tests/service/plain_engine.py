@@ -17,6 +17,7 @@ import numpy as np
 from service.engine import FiniteVoice, TableFile, file_of_table
 from synth.encode.formats import Block
 from synth.errors import CannotRender
+from synth.held_memory import Held
 from synth.scene.scene import Scene, scene_document
 
 if TYPE_CHECKING:
@@ -70,6 +71,9 @@ class PlainLive(PlainVoice):
         self._from: Scene | None = None
         self._since = 0
 
+    def held(self, change: Scene | None = None) -> Held:
+        return Held()
+
     def prepare(self, scene: Scene) -> Scene:
         return scene
 
@@ -90,7 +94,6 @@ class NoCache:
 
     hits: int = 0
     misses: int = 0
-    used_bytes: int = 0
 
 
 class NoLimiter:
@@ -119,6 +122,9 @@ class PlainEngine:
 
     def cache_counts(self) -> NoCache:
         return NoCache()
+
+    def cached_bytes(self) -> int:
+        return 0
 
     def open_voice(self, scene: Scene) -> PlainVoice:
         self._about_to("voice")

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from synth.encode.formats import Block
+from synth.held_memory import Held
 from synth.motion.motion import Update
 from synth.scene.scene import Scene, scene_document
 from synth.scene.texture_registry import kinds
@@ -72,6 +73,7 @@ class PlainHand:
 
     motion_delay = 0.002
     lowest_load = 0.0
+    memory = Held()
 
     def __init__(self, scene: Scene, *, record: bool) -> None:
         self.scene = scene
@@ -95,6 +97,9 @@ class PlainHand:
     def finished(self) -> bool:
         released = self.applied.released
         return released is not None and self.frame >= released + round(FADE_SECONDS * self.sample_rate)
+
+    def held(self, change: Any = None) -> Held:
+        return self.memory
 
     @property
     def over_area(self) -> bool:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from synth.encode.formats import Block
+from synth.held_memory import Held
 from synth.scene.scene import Scene
 from tests.service.plain_engine import PlainEngine, PlainLive
 
@@ -28,6 +29,9 @@ class ZeroHand(PlainLive):
     def render(self, frames: int) -> Block:
         self.frame += frames
         return np.zeros((frames, self.channels), np.float32)
+
+    def held(self, change: object = None) -> Held:
+        return Held()
 
     def touch(self, update: object) -> None:
         """Take no notice."""

@@ -45,6 +45,7 @@ BODY = {
         "request-refused",
         "too-many-streams",
         "cannot-render",
+        "full",
         "one-worker",
     ),
     openapi_extra=openapi.body(BODY),

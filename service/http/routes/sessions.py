@@ -57,7 +57,7 @@ async def show(request: Request, session_id: str) -> Response:
     operation_id="changeSession",
     summary="Change the scene of a session",
     response_class=JSONResponse,
-    responses=SESSION | openapi.problem_answers(*READS, "not-found", "fixed", "one-worker"),
+    responses=SESSION | openapi.problem_answers(*READS, "not-found", "fixed", "full", "one-worker"),
     openapi_extra=openapi.body(openapi.SCENE),
 )
 async def change(request: Request, session_id: str) -> Response:

@@ -8,9 +8,11 @@ import weakref
 import pytest
 
 from service.live.replay_buffer import KEPT_BYTES, kept_frames
+from synth.held_memory import Held
 from tests.service.harness import Running, serving, until, warmed_up
 from tests.service.live.client import live
 from tests.service.plain_engine import PlainEngine
+from tests.service.plain_hand import PlainHand
 from tests.service.scraping import scrape
 
 QUANTITIES = ["displacement", "velocity", "acceleration"]
@@ -47,6 +49,40 @@ def test_what_does_not_fit_is_refused_and_fits_once_another_has_ended() -> None:
         until(lambda: used(running) <= 4 * BLOCK_BYTES)
         with live(running) as fourth:
             fourth.hello(scene=MANY, block=BLOCK)
+
+
+def test_voices_count_and_a_stream_beyond_them_is_refused_with_bytes_and_setting(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(PlainHand, "memory", Held(small=600_000))
+    with serving(PlainEngine(), live_bytes=1 << 20) as running:
+        with live(running) as first, live(running) as second:
+            first.hello()
+            assert 600_000 < used(running) < 1 << 20
+            second.say("hello")
+            told = second.until("problem")
+            assert told["problem"] == "/docs#problem-full"
+            assert (
+                f"of {1 << 20} bytes (RIDGEWAVE_LIVE_BYTES)" in told["detail"]
+                and "needs 795840 bytes" in told["detail"]
+            )
+            second.rest()
+            assert second.code == 1013
+            first.say("scene", scene={"texture": {"period": 0.001}})
+            assert "RIDGEWAVE_LIVE_BYTES" in first.until("problem")["detail"]
+            first.say("stop")
+            first.rest()
+        until(lambda: used(running) == 0)
+        assert running.client.post("/v1/sessions", json={}).status_code == 201
+
+
+def test_what_voices_share_counts_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(PlainHand, "memory", Held(large={1: 600_000}))
+    with serving(PlainEngine(), live_bytes=2 << 20) as running, live(running) as first, live(running) as second:
+        first.hello()
+        alone = used(running)
+        second.hello()
+        assert used(running) - alone == alone - 600_000
 
 
 @pytest.mark.parametrize("ends", ["stop", "hangs up"])
