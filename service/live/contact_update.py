@@ -42,6 +42,7 @@ VERSION, PLACE_VERSION = 1, 2  # first byte
 IS_SPEED, NO_LOAD, NO_DIRECTION = 1, 2, 4
 LARGEST = (LARGEST_POSITION, LARGEST_SPEED)  # by flag bit 0
 ALONG_A_LINE = "An effect of this scene is simulated along the line y = 0. Leave the effect out to move over the area."
+ALONG_X = "An effect of this scene is simulated along x. Leave the effect out to turn the finger."
 OPTIONAL = ("position", "speed", "x", "y", "direction", "load")  # fields of a JSON message beside seq and time
 
 
@@ -51,17 +52,25 @@ class Hand(NamedTuple):
     lowest_load: N; below 0 with adhesion.
     over_area: whether the finger may go anywhere over an area, and turn.
     simulated: whether the texture is over an area, but an effect is simulated along its line y = 0.
+    may_turn: whether the texture is a line on which the finger turns after a change of `scan.direction`.
+    round: whether a direction changes nothing, since the finger is a probe.
     """
 
     lowest_load: float
     over_area: bool
     simulated: bool
+    may_turn: bool = False
+    round: bool = False
 
     @classmethod
     def of(cls, voice: HandVoice) -> Hand:
         """Return what the scene of `voice` allows."""
-        of_area = kinds()[voice.scene.texture.kind].of_area
-        return cls(voice.lowest_load, voice.over_area, of_area and not voice.over_area)
+        from synth.plan.direct_plan import may_turn
+
+        scene, over_area = voice.scene, voice.over_area
+        simulated = kinds()[scene.texture.kind].of_area and not over_area
+        turns = may_turn(scene) and not over_area
+        return cls(voice.lowest_load, over_area, simulated, turns, scene.finger.kind == "probe")
 
 
 def split(data: bytes) -> tuple[bytes, int]:
@@ -108,10 +117,8 @@ def _place(
     seq: int, time: float, place: tuple[float, float], direction: float | None, load: float | None, hand: Hand
 ) -> Update:
     """Return the update of a finger at `place` (x and y, m); raises Problem for a direction that has no effect."""
-    if direction and not hand.over_area:
-        hint = "Leave it out: this texture varies along x only, and a finger on it cannot turn."
-        if hand.simulated:
-            hint = ALONG_A_LINE
+    if direction and not (hand.over_area or hand.may_turn or hand.round):
+        hint = ALONG_A_LINE if hand.simulated else ALONG_X
         raise refused("/direction", f"{shown(direction)} rad", "0 rad", hint)
     x, y = place
     if y and hand.simulated:

@@ -22,11 +22,14 @@ from service.operations.settings import Settings
 from service.problems import Problem
 from service.sessions.pacer import Behind, Pacer
 from synth.errors import shown
+from synth.motion.motion import Update
+from synth.scene.scan_section import is_turned
 
 HELLO_SECONDS = 10.0  # for the first message; a connection without one occupies a place
 CREDIT_SECONDS = 60.0  # of outstanding credit; with more, a change would be heard very late
 FADE_BOUND_SECONDS = 0.1  # for a voice that never reports that it has faded out
 WAITED_SECONDS = 1.0  # for which messages wait unread until the client is told: its motion is heard that much later
+TURN_BYTES = 256  # size of a change that a contact causes, as it would be sent
 PAUSE_SECONDS = 0.01  # of reading, while a voice that is being opened or a change that is being solved has no room
 
 
@@ -85,7 +88,7 @@ class Conversation:
             return False
         update, credit = contact_update.split(data)
         try:
-            stream.take(contact_update.from_bytes(update, self.version, stream.hand), now)
+            self._take(stream, contact_update.from_bytes(update, self.version, stream.hand), now)
         except Problem as problem:
             self.refuse(problem)
         if credit:
@@ -190,11 +193,23 @@ class Conversation:
         assert self.stream is not None
         self.stream.counts.received += 1
         try:
-            self.stream.take(contact_update.from_message(message, self.stream.hand), now)
+            self._take(self.stream, contact_update.from_message(message, self.stream.hand), now)
         except Problem as problem:
             self.refuse(problem)
         if credit := credit_of(message):
             self._grant(self.stream, credit, "/more")
+
+    def _take(self, stream: LiveStream, update: Update, now: float) -> None:
+        """Keep `update`. If it turns the finger on a texture along a line, have the scene turned too.
+
+        Until the change is heard, the finger keeps the direction of the x axis.
+        """
+        stream.take(update, now)
+        if stream.hand.may_turn and not stream.turning and is_turned(update.direction or 0.0):
+            stream.turning = True
+            scan = stream.voice.scene.scan
+            constant = {name: getattr(scan, name) for name in ("speed", "load", "lift_load")}
+            self.actions.append(Prepare({"scan": {**constant, "direction": update.direction}}, TURN_BYTES))
 
     # The session
 

@@ -64,6 +64,7 @@ class LiveStream(VoiceStream):
 
     max_silence: s without an update after which the load ramps to zero.
     hand: what the scene that is heard allows a contact.
+    turning: whether a change of `scan.direction` is being prepared, because the hand turns the finger.
     """
 
     kind = "live"
@@ -83,7 +84,7 @@ class LiveStream(VoiceStream):
         if options.before_limiter:
             self._sending_bytes += self.replay.size // self._samples.bytes_per_sample * 4
         self.max_silence = max_silence
-        self.hand = Hand.of(voice)
+        self.hand, self.turning = Hand.of(voice), False
         self.counts = StreamCounts()
         self._latest = self._none = np.empty((0, voice.channels), np.float32)
         self._newest, self._waiting = -1, None
@@ -167,7 +168,7 @@ class LiveStream(VoiceStream):
             self._applied = None
         if self._changed:
             self._changed = False
-            self.hand = Hand.of(self.voice)
+            self.hand, self.turning = Hand.of(self.voice), False
             messages.append(server_messages.scene(frame, self._scene_fields(version)))
         return messages
 

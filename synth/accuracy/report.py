@@ -33,6 +33,7 @@ from synth.perception.threshold import threshold_displacement
 from synth.plan.preparation import prepare
 from synth.response.spectrum import Complex, Demand, curves, points_for, solve_spectrum
 from synth.scene.effects_section import unit_of
+from synth.scene.line_scan import along_x
 from synth.scene.scene import Scene, SceneLike, scene_document, scene_from
 from synth.surfaces.height_field import HeightField
 
@@ -233,7 +234,8 @@ def _channel_of(scene: Scene, quantity: str | None) -> int:
 
 def _steady(scene: Scene) -> Scene:
     """Return `scene` with a constant scan. Raises InvalidRequest if that is silent."""
-    scan = scene.scan.model_copy(update={"stroke": None, "trajectory": None, "heading": 0.0})
+    speed = along_x(scene).scan.speed
+    scan = scene.scan.model_copy(update={"speed": speed, "stroke": None, "trajectory": None, "heading": 0.0})
     scene = scene.model_copy(update={"scan": scan})
     silence = prepare(scene).silence
     if silence:

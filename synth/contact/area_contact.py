@@ -12,6 +12,7 @@ Limits  The size of the cells follows from the ridges and from the shortest wave
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -89,7 +90,7 @@ def smaller_cells(contact: T, size: tuple[float, float], ridge: float) -> T | No
     assert isinstance(texture, HeightField)
     step = lattice_step(texture, size, ridge, coarser)
     cells = size[0] * size[1] / (step[0] * step[1] * ROW)
-    places = (texture.period + math.hypot(*size)) * texture.across / (step[0] * step[1])
+    places = (texture.period + math.hypot(*size)) * max(1.0, texture.across / step[1]) / step[0]
     if coarser < 1.0 and (cells > MOST_SMALLER or places > MOST_PLACES):
         return None
     return replace(contact, coarser=coarser)  # type: ignore[call-arg]
@@ -127,12 +128,10 @@ def finger_grid(
 
 
 @dataclass(frozen=True)
-class CombOnArea(Contact):
-    """A comb of ridges on a height field.
+class ContactOnArea(Contact):
+    """A finger of one shape on a height field. Its stiffness may depend on the load.
 
-    geometry: over the length L.
-    stiffness: of eqs 4-5 at L.
-    line: where the comb stands.
+    line: where the finger stands.
     coarser: factor on the size of the cells.
     refines: whether `refined` makes them smaller, which files require.
     """
@@ -143,15 +142,27 @@ class CombOnArea(Contact):
     coarser: float = 1.0
     refines: bool = False
 
+    @property
+    @abstractmethod
+    def lattice(self) -> tuple[tuple[float, float], float]:
+        """Length and width that the cells cover, and the shortest length that they resolve, as `lattice_step` has it.
+
+        Both in m.
+        """
+
     @cached_property
     def grid(self) -> PhaseSolver:
         """Its cells; the profile of its geometry must be a height field."""
-        return comb_grid(self.geometry, self.line, self.coarser)
+        return self.grid_at(self.line.direction)
 
     @cached_property
     def recent(self) -> deque[AreaGrid]:
         """See `area_path.AreaContact`."""
         return deque(maxlen=RECENT)
+
+    @abstractmethod
+    def grid_at(self, direction: float) -> AreaGrid:
+        """Return its cells at another direction (rad)."""
 
     def heights(self, phases: Array, loads: Array, path: Array | None = None) -> Array:
         """Return z (m) on its line, or along a path; see `fingertip.FingertipContact.heights`."""
@@ -159,18 +170,13 @@ class CombOnArea(Contact):
             return super().heights(phases, loads)
         return heights_along(self, phases, loads, path)
 
-    def grid_at(self, direction: float) -> AreaGrid:
-        """Return its cells at another direction (rad)."""
-        return comb_grid(self.geometry, Line(self.line.y, direction), self.coarser)
-
     def refined(self) -> Self | None:
         """Return the contact with cells half as large; None where they would be too many, or if it does not refine."""
         return self.halved() if self.refines else None
 
     def halved(self) -> Self | None:
         """Return the contact with cells half as large; None where they would be too many."""
-        length = self.geometry.contact_length
-        return smaller_cells(self, (length, length), self.geometry.ridge_period)
+        return smaller_cells(self, *self.lattice)
 
     def as_profile(self) -> Self:
         """Return the contact itself."""
@@ -179,6 +185,20 @@ class CombOnArea(Contact):
     def closed(self, load: float) -> FullContact | None:
         """Return None: the closed form is that of two cosines."""
         return None
+
+
+class CombOnArea(ContactOnArea):
+    """A comb of ridges on a height field, with the stiffness of eqs 4-5 at L."""
+
+    @property
+    def lattice(self) -> tuple[tuple[float, float], float]:
+        """Its length and width, and the period of its ridges (m)."""
+        length = self.geometry.contact_length
+        return (length, length), self.geometry.ridge_period
+
+    def grid_at(self, direction: float) -> AreaGrid:
+        """Return its cells at another direction (rad)."""
+        return comb_grid(self.geometry, Line(self.line.y, direction), self.coarser)
 
 
 @kept

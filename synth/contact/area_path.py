@@ -27,7 +27,6 @@ from synth.arrays import Array
 from synth.contact.area_grid import AreaGrid
 from synth.contact.geometry import Geometry
 from synth.contact.line import Line
-from synth.contact.stiffness import Stiffness
 from synth.response_cache import PARTS
 from synth.surfaces.height_field import HeightField
 
@@ -44,8 +43,8 @@ class AreaContact(Protocol):
         """The finger, with a height field as its profile."""
 
     @property
-    def stiffness(self) -> Stiffness:
-        """Of eqs 4-5."""
+    def of_any_direction(self) -> bool:
+        """Whether z does not change when the finger turns."""
 
     @property
     def line(self) -> Line:
@@ -58,6 +57,9 @@ class AreaContact(Protocol):
     @property
     def key(self) -> Hashable:
         """Everything that z depends on."""
+
+    def indentations(self, loads: Array) -> Array:
+        """Return w / k (m) at each of `loads` (N)."""
 
     def heights(self, phases: Array, loads: Array, path: Array | None = None) -> Array:
         """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), on its line or along a path."""
@@ -101,11 +103,11 @@ def heights_along(contact: AreaContact, phases: Array, loads: Array, path: Array
     loads: N, above 0.
     path: how far it has moved across (m), and the direction of the finger (rad) [2, places].
     """
-    texture, stiffness, line = contact.geometry.profile, contact.stiffness, contact.line
+    texture, line = contact.geometry.profile, contact.line
     assert isinstance(texture, HeightField)
     across = (path[0] + line.y) / texture.across
-    indentation = stiffness.indentation(1.0) * loads**stiffness.load_exponent
-    turns = (path[1] - line.direction) / TURN_STEP
+    indentation = contact.indentations(loads)
+    turns = (path[1] - line.direction) / TURN_STEP * (not contact.of_any_direction)
     if not len(phases):
         return np.empty(0)
     lower = np.floor(turns).astype(np.int64)

@@ -70,7 +70,7 @@ def stored_texture(
     """
     span = math.ceil(texture.period / step[0]) + -(-columns // WIDE) * WIDE + 1 + 2 * BEFORE
     whole = max(1, round(texture.across / step[1]))
-    finer = finer_places(span * whole, finest)
+    finer = finer_places(span * whole, (finest, finest if texture.slope_across else 1))
     heights = cell_means(texture, step, finer, (span, whole), scale)
     shape = np.array([whole, *finer, span * whole, span], dtype=np.int64)
     tops = np.empty((whole, span), np.float32)
@@ -79,9 +79,9 @@ def stored_texture(
     return StoredTexture(heights, crests_of(tops), shape, texture.period / step[0], float(tops.max()), periods, step)
 
 
-def finer_places(cells: int, finest: int) -> tuple[int, int]:
+def finer_places(cells: int, finest: tuple[int, int]) -> tuple[int, int]:
     """Return the places per cell of a texture of `cells` cells, along and across: powers of two, at most `finest`."""
-    wanted = [finest, finest]
+    wanted = list(finest)
     while wanted[0] * wanted[1] * cells > MOST_PLACES and wanted[0] > 1:
         wanted[int(wanted[1] == wanted[0])] //= 2
     return wanted[0], wanted[1]

@@ -30,7 +30,6 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.exact_solver import Approaches
 from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact, PhaseSolver, solver_of
 from synth.contact.profile_solver import SegmentGrid
@@ -224,9 +223,6 @@ class RoundContact(Contact):
         except SceneError:
             return _spanned(self.geometry, self.finger, load)
 
-    def _growth(self, phases: Array, solved: Approaches, load: float) -> float:
-        return (1.0 - self.finger.foundation_exponent) * self.indentation(load) / load
-
 
 @kept
 def _spanned(geometry: Geometry, finger: RoundFinger, load: float, deeper: float = 0.0) -> Geometry:
@@ -235,9 +231,18 @@ def _spanned(geometry: Geometry, finger: RoundFinger, load: float, deeper: float
     deeper: distance (m) by which z may be lower than at that load.
     """
     room = geometry.extent[1] + deeper - lowest_approach(geometry, finger.radius, finger.area(load))
+    span = span_of(finger, room, load)
+    return geometry.part(0.5 * (geometry.contact_length - span), span)
+
+
+def span_of(finger: RoundFinger, room: float, load: float) -> float:
+    """Return the length (m) over which `finger` rises by `room` (m); SceneError where it is too long.
+
+    load: N, at which nothing touches beyond it.
+    """
     span = 2.0 * math.sqrt(2.0 * finger.radius * room)
     if not span <= LONGEST_SPAN:
         value = f"a radius of {finger.radius:.4g} m, which touches within {span:.3g} m at a load of {load:.3g} N"
         hint = "Write a smaller radius, a lighter load, a shorter contact or lower ridges, or leave curvature out."
         raise SceneError([Fault("/finger", value, f"a contact within {LONGEST_SPAN:g} m", hint)])
-    return geometry.part(0.5 * (geometry.contact_length - span), span)
+    return span

@@ -74,6 +74,8 @@ class Contact:
     """Part of the error of the solver that is assumed to remain when its segments or cells are halved."""
     of_one_line: ClassVar[bool] = True
     """True: the finger has heights along one line; False: over an area."""
+    of_any_direction: ClassVar[bool] = False
+    """True: z does not change when the finger turns about its middle."""
 
     geometry: Geometry
     stiffness: Stiffness
@@ -167,6 +169,10 @@ class Contact:
         """Return w / k (m) at `load` (N): the mean of max(h - z, 0) over the length that its solver spans."""
         return self.stiffness.indentation(load)
 
+    def indentations(self, loads: Array) -> Array:
+        """Return w / k (m) at each of `loads` (N, above 0), over one length."""
+        return np.asarray(self.indentation(1.0) * loads ** (1.0 - self.stiffness_exponent))
+
     def stiffness_at(self, load: float) -> float:
         """Return k (N/m) at `load` (N): the force per metre of that mean."""
         return self.stiffness.stiffness(load)
@@ -192,7 +198,7 @@ class Contact:
 
     def heights(self, phases: Array, loads: Array) -> Array:
         """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), one load per phase."""
-        return self.grid.solve(phases, self.stiffness.indentation(1.0) * loads**self.stiffness.load_exponent).height
+        return self.grid.solve(phases, self.indentations(loads)).height
 
     def measure(self, phases: Array, heights: Array, load: float) -> tuple[Array, Array]:
         """Return the mean of max(h - z, 0) (m) and the touching part, as `exact_solver.Grid.measure` does.
@@ -203,4 +209,4 @@ class Contact:
 
     def _growth(self, phases: Array, solved: Approaches, load: float) -> Array | float:
         """Return -dF/dw (m/N) at the `solved` z and `load`, where F is the mean of max(h - z, 0) minus w / k."""
-        return self.stiffness.load_exponent * self.indentation(load) / load
+        return (1.0 - self.stiffness_exponent) * self.indentation(load) / load

@@ -11,6 +11,7 @@ from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
 from synth.scene.finger_section import Finger
 from synth.scene.scene import Scene
+from synth.surfaces import met_by
 from synth.surfaces.height_field import HeightField
 from synth.surfaces.profile import Profile
 
@@ -25,15 +26,20 @@ def contact_of(scene: Scene, profile: Profile | None = None, coarser: float = 1.
     Raises SceneError for a probe that is too flat.
     """
     finger, stiffness = scene.finger, Stiffness.of_scene(scene)
-    geometry = Geometry.of_scene(scene) if profile is None else Geometry.of_surfaces(finger, profile)
+    geometry = Geometry.of_scene(scene) if profile is None else Geometry.of_surfaces(finger, met_by(scene, profile))
     line = Line(scene.scan.y, scene.scan.direction)
+    over_area = isinstance(geometry.profile, HeightField)
+    if finger.kind == "probe" and over_area:
+        from synth.contact.tip_on_area import TipOnArea
+
+        return TipOnArea.of(geometry, stiffness, scene.scan.load, line, coarser, refines)
     if finger.kind == "probe":
         from synth.contact.curved_contact import RoundContact
 
         return RoundContact.of(geometry, stiffness, finger.tip_radius)
     if finger.kind == "fingertip":
         return _fingertip(finger, geometry, stiffness, line, coarser, refines)
-    if isinstance(geometry.profile, HeightField):
+    if over_area:
         from synth.contact.area_contact import CombOnArea
 
         return CombOnArea(geometry, stiffness, line, coarser, refines)

@@ -246,6 +246,7 @@ def render(
     Raises SceneError for an invalid scene, and for one whose contact cannot be solved.
     """
     from synth.plan.plan import plan_of, warnings_of
+    from synth.scene.line_scan import as_written
     from synth.scene.scene import scene_from
     from synth.voice.voice import blocks, open_voice
 
@@ -257,7 +258,7 @@ def render(
         sample_rate=voice.sample_rate,
         full_scale=voice.full_scale,
         quantities=voice.quantities,
-        asked=voice.scene,
+        asked=as_written(voice.scene),
         warnings=warnings_of(solved),
         planned=lambda: (plan_as or plan_of)(solved),
     )

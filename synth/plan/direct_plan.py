@@ -43,6 +43,7 @@ from synth.response.band_filter import SOLUTIONS, band_filter
 from synth.response.mean_approach import Mean, MeanSpline, mean_curve, mean_over_area
 from synth.response.table_error import QUANTITIES
 from synth.response_cache import ResponseCache
+from synth.scene.effects_section import declaration
 from synth.scene.scene import Scene
 from synth.surfaces import profile_of
 from synth.surfaces.height_field import HeightField
@@ -129,6 +130,16 @@ def follows_path(scene: Scene) -> bool:
     The texture must vary across. No effect may replace the response by a simulation, which covers one line only.
     """
     return isinstance(profile_of(scene), HeightField) and not any(asked_effects(scene, Kind.BALANCE))
+
+
+def may_turn(scene: Scene) -> bool:
+    """Return whether `scan.direction` can turn the finger of `scene` on a texture along a line, for a hand to follow.
+
+    A probe is round, and no effect may simulate the line.
+    """
+    line = not isinstance(profile_of(scene), HeightField) and scene.finger.kind != "probe"
+    turns = all(declaration(name).areas for name in scene.effects)
+    return line and turns and not any(asked_effects(scene, Kind.BALANCE))
 
 
 def over_area(asked: Request) -> bool:

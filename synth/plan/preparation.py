@@ -56,6 +56,8 @@ from synth.response.table import ResponseTable
 from synth.response.table_error import QUANTITIES
 from synth.response.table_making import HEAVIEST
 from synth.response_cache import SHARED, ResponseCache
+from synth.scene.effects_section import declaration
+from synth.scene.line_scan import along_x, turned_on_line
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
 from synth.surfaces.height_field import HeightField
@@ -145,6 +147,8 @@ def prepare(
     begun()
     kept = cache or SHARED
     told: tuple[str, ...] = ()
+    scene = along_x(scene)
+    _require_areas(scene)
     if not by_hand and not paced:
         scene, told = rendered_part(scene)
     output = (scene.output.channel_list, scene.output.sample_rate, scene.output.bandwidth)
@@ -168,6 +172,17 @@ def prepare(
     return replace(found, scene=scene, warnings=(*told, *found.warnings))
 
 
+def _require_areas(scene: Scene) -> None:
+    """Raise SceneError where a finger is turned on a texture along a line, and an effect simulates that line only."""
+    if not turned_on_line(scene):
+        return
+    told = "a finger that is turned", "a finger along x, whose line is simulated"
+    hint = "Leave the effect out, or write 0 for every direction of the finger."
+    lacking = [name for name in scene.effects if not declaration(name).areas]
+    if lacking:
+        raise SceneError([Fault(f"/effects/{name}", *told, hint) for name in lacking])
+
+
 def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) -> Preparation:
     scene, geometry = asked.scene, Geometry.of_scene(asked.scene)
     tolerance = scene.accuracy.tolerance if isinstance(scene.accuracy.tolerance, float) else EXACT
@@ -180,7 +195,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
     bounded = not file and (asked.area or line)
     contact = affordable(scene, cache, stretch) if bounded else contact_of(scene, stretch, refines=file)
     if isinstance(geometry.profile, HeightField):
-        many = over_area(asked) or asked.load_varies or any(asked_effects(scene, Kind.BALANCE))  # solutions
+        many = over_area(asked) or asked.load_varies or stretch is not None or any(asked_effects(scene, Kind.BALANCE))
         if file and many:
             contact, cells = cells_along_path(asked, contact_of(scene, stretch), tolerance)
         elif file:

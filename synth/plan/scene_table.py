@@ -36,9 +36,10 @@ from synth.response.table_file import table_bytes, table_of_bytes
 from synth.response.table_making import BOUNDS, TableBounds, make_table
 from synth.response_cache import ResponseCache
 from synth.scene.catalogue import catalogue
+from synth.scene.line_scan import turned_on_line
 from synth.scene.output_section import FULL_BAND
 from synth.scene.scene import Scene, parse_scene, scene_document
-from synth.scene.texture_registry import default_textures, kinds
+from synth.scene.texture_registry import default_textures
 from synth.surfaces.height_field import HeightField
 
 RATE_SHARE = 0.35  # largest band of a table, as a part of the sample rate (mip levels end at 0.49)
@@ -132,7 +133,7 @@ def entry_of(scene: Scene, response: Response, decided_by: Hashable, form: FileF
     document = scene_document(scene)
     if scene.effects or document["finger"] != _finger_document(scene.finger.kind):
         return None
-    if kinds()[scene.texture.kind].of_area and Line(scene.scan.y, scene.scan.direction) != MIDDLE:
+    if Line(scene.scan.y, scene.scan.direction) != MIDDLE or turned_on_line(scene):
         return None
     cells = {name: getattr(response, name) for name in ("coarser", "refines") if hasattr(response, name)}
     if response.key != contact_of(scene, **cells).key:

@@ -24,6 +24,7 @@ from synth.contact.polyline import evenly_spaced
 from synth.response_cache import kept
 from synth.scene.scene import Scene
 from synth.surfaces import profile_of
+from synth.surfaces.grooves import Grooves
 from synth.surfaces.height_field import HeightField
 from synth.surfaces.measured import MeasuredProfile
 from synth.surfaces.profile import Array, Profile
@@ -62,6 +63,7 @@ def stretch_of(scene: Scene, harmonics: int, most: int) -> Stretch | None:
     if harmonics <= most or scene.texture.period < FEWEST_STRETCHES * length:
         return None
     profile = profile_of(scene)
+    profile = profile.profile if isinstance(profile, Grooves) else profile
     if isinstance(profile, HeightField) or profile.cosine is not None or SMOOTH * profile.equivalent().period > length:
         return None
     return _roughest(profile, length, scene.finger.contact_length)

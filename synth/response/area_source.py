@@ -61,7 +61,7 @@ class AreaSource:
         if path is None:
             return self.table.heights(phases, np.zeros(len(phases)), loads)
         z = self.table.heights(phases, (path[0] + self.line.y) / self.texture.across, loads)
-        part = np.minimum(np.abs(path[1] - self.line.direction) / TURNED, 1.0)
+        part = np.minimum(np.abs(path[1] - self.line.direction) / TURNED, 1.0) * (not self.contact.of_any_direction)
         turned = part > 0.0
         if turned.any():
             some = part[turned]

@@ -32,6 +32,7 @@ MOST_BYTES = 64 << 20
 MOST_SECONDS = 4.0  # on one core
 PLACES_A_CELL = 2.0  # in each direction
 FEWEST_PLACES = 32  # per period
+ONE_LINE = 4  # the same across, of a texture that does not vary across: the taps of a cubic spline
 COARSER = 0.9  # factor by which the places in a direction are reduced, until the bounds are kept
 ALIKE = 1.1  # largest ratio of two spacings that are made coarser together
 LIGHT = 0.02  # N: lightest load of usual touch; lighter loads err more
@@ -115,17 +116,18 @@ def layered_cost(contact: Contact, bounds: LayeredBounds = LAYERED_BOUNDS) -> La
     assert isinstance(texture, HeightField)
     levels = levels_of(contact, bounds)
     periods = np.array([texture.period, texture.across])
-    wanted = np.maximum(PLACES_A_CELL * np.array([grid.texture.columns, grid.texture.shape[LINES]]), FEWEST_PLACES)
+    fewest = np.array([FEWEST_PLACES, FEWEST_PLACES if texture.slope_across else ONE_LINE])
+    wanted = np.maximum(PLACES_A_CELL * np.array([grid.texture.columns, grid.texture.shape[LINES]]), fewest)
     for rows in bounds.rows[:-1]:
         cost = cost_of(grid, wanted, levels, rows)
         if cost.within(bounds):
             return cost
     while True:
         cost = cost_of(grid, wanted, levels, bounds.rows[-1])
-        if cost.within(bounds) or np.all(wanted == FEWEST_PLACES):
+        if cost.within(bounds) or np.all(wanted == fewest):
             return cost
-        spacings = np.where(wanted > FEWEST_PLACES, periods / wanted, np.inf)
-        wanted = np.where(spacings <= ALIKE * spacings.min(), np.maximum(COARSER * wanted, FEWEST_PLACES), wanted)
+        spacings = np.where(wanted > fewest, periods / wanted, np.inf)
+        wanted = np.where(spacings <= ALIKE * spacings.min(), np.maximum(COARSER * wanted, fewest), wanted)
 
 
 def cost_of(grid: AreaGrid, wanted: Array, levels: tuple[float, int, float], rows: int) -> LayeredCost:
@@ -157,8 +159,3 @@ def grid_of(contact: Contact) -> AreaGrid:
     """Return the cells of a finger on a height field."""
     assert isinstance(contact.grid, AreaGrid), "a layered table needs a height field"
     return contact.grid
-
-
-def indentations(contact: Contact, loads: Array) -> Array:
-    """Return w / k (m) at each of `loads` (N)."""
-    return np.asarray(contact.stiffness.indentation(1.0) * loads**contact.stiffness.load_exponent)

@@ -28,7 +28,6 @@ from synth.response.layered_cost import (
     LayeredBounds,
     LayeredCost,
     grid_of,
-    indentations,
     layered_cost,
 )
 from synth.response.layered_reading import PADDING, read_means, store
@@ -58,7 +57,7 @@ def make_layered_table(
     places = plan.places[0] * plan.places[1]
     chosen = np.unique(np.arange(MEAN_PLACES) * places // MEAN_PLACES)
     layers = AreaLayers.of(grid_of(contact), plan, workers)
-    found, some = crossings(layers, indentations(contact, loads), chosen, indentations(contact, more))
+    found, some = crossings(layers, contact.indentations(loads), chosen, contact.indentations(more))
     del layers  # frees its memory, before the coefficients need theirs
     curve = take_mean(found.heights, some, loads, more)
     swings = np.ptp(found.heights, axis=1).astype(np.float64)
@@ -148,5 +147,5 @@ def measured_errors(contact: Contact, table: LayeredTable) -> Array:
     loads = ((roots[:-1, np.newaxis] + parts * np.diff(roots)[:, np.newaxis]) ** 4).ravel()
     phases, across = random.uniform(size=(2, len(loads)))
     read = table.heights(phases, across, loads)
-    exact = grid_of(contact).solve_places(phases, across, indentations(contact, loads), read).height
+    exact = grid_of(contact).solve_places(phases, across, contact.indentations(loads), read).height
     return SAFETY * widest(widest(np.abs(read - exact).reshape(parts.shape).max(axis=1)))

@@ -6,7 +6,7 @@ back, turns at 0, and so on. A turn lasts `turn_time`. In a turn the velocity ch
 where s increases from 0 to 1 and S(s) = 3 s^2 - 2 s^3. Position, velocity and acceleration are therefore continuous.
 The acceleration peaks at 3 u / turn_time. Each half of a turn covers (5/16) u turn_time. Frame 0 is in the middle of a
 turn.
-Model of the line: over an area, the surface moves along a line at the angle `heading` from its x axis. The middle of
+Model of the line: the surface moves along a line at the angle `heading` from its x axis. The middle of
 the finger is at `y`, and its length is turned by `direction`. Instead, a recording may give the place and the direction
 of the finger at each point.
 Limits: a stroke must have room for its turns. Recorded points must be at least 1 us apart, and the speed between them
@@ -17,7 +17,7 @@ must be 10 m/s at most. Times of a clock that began more than a day before count
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from typing import Annotated, Any
@@ -94,8 +94,9 @@ LONGEST_RECORDING = f"at most {TIME.show(TIME.high)} after the first point"
 POINTS = "[t, position, load], or [t, x, y, direction, load]"
 LATE = "Times are in s: divide a clock in ms by 1000, or subtract the first time."
 UNITS = "Check the units: times are in s and positions in m."
+UNTURNED = 1e-6  # rad: a smaller angle is the rounding of a whole turn, in float32 too
 LINE = ("y", "heading", "direction")
-"""The fields of a scan along a line over an area."""
+"""The fields of a scan along a line at any angle."""
 
 
 class Trajectory(Rule):
@@ -161,10 +162,15 @@ def _over_area(point: object) -> bool:
     return isinstance(point, list | tuple) and len(point) == len(AREA_POINT_RULES)
 
 
+def is_turned(direction: float) -> bool:
+    """Return whether `direction` (rad) differs from that of the x axis; a whole turn makes no difference."""
+    return direction != 0.0 and abs(math.remainder(direction, math.tau)) > UNTURNED
+
+
 def _read_point(point: object, index: int, rules: tuple[Quantity, ...], refusals: list[Refusal]) -> Point | None:
     """Return the point in SI, or add to `refusals` and return None."""
     if not isinstance(point, list | tuple) or len(point) != len(rules):
-        hint = "Write three numbers, such as [0.1, 0.008, 0.3], or five over an area. All points have one form."
+        hint = "Write three numbers, such as [0.1, 0.008, 0.3], or five with a place. All points have one form."
         refusals.append(refusal([index], point, POINTS, hint))
         return None
     numbers: list[float] = []
@@ -291,34 +297,25 @@ class Scan(Section):
     )
     trajectory: Annotated[tuple[Point, ...] | None, Trajectory()] = Field(
         default=None,
-        description="Recorded points [t, position, load], with rising times, instead of speed and load. Over an area "
-        "they may be [t, x, y, direction, load], with the place of the finger's middle on the surface. The motion has "
-        "two continuous derivatives and stays between neighbouring points. Times that are too close are moved apart.",
+        description="Recorded points [t, position, load], with rising times, instead of speed and load. They may be "
+        "[t, x, y, direction, load], with the place of the finger's middle on the surface. The motion has two "
+        "continuous derivatives and stays between neighbouring points. Times that are too close are moved apart.",
     )
     y: Annotated[float, LINE_PLACE] = Field(
-        default=0.0, description="Place of the finger's middle across the surface, on a texture over an area."
+        default=0.0, description="Place of the finger's middle across the surface; along a line it changes nothing."
     )
     heading: Annotated[float, ANGLE] = Field(
         default=0.0,
-        description="Angle of the line along which the surface moves, counter-clockwise from its x axis, on a texture "
-        "over an area.",
+        description="Angle of the line along which the surface moves, counter-clockwise from its x axis.",
     )
     direction: Annotated[float, ANGLE] = Field(
         default=0.0,
-        description="Angle of the finger's length, counter-clockwise from the x axis of the surface, on a texture over "
-        "an area.",
+        description="Angle of the finger's length, counter-clockwise from the x axis of the surface.",
     )
     lift_load: Annotated[float, LIFT_LOAD] = Field(
         default=1e-3,
         description="Load below which the output fades smoothly with the load, to exact silence at no load.",
     )
-
-    @classmethod
-    def needs(cls, name: str) -> dict[str, list[str]]:
-        """Return the kinds of texture that a line over an area needs."""
-        from synth.scene.texture_section import textures_over_area
-
-        return {"texture.kind": textures_over_area()} if name in LINE else {}
 
     @classmethod
     def conflicts(cls, given: Fields) -> list[Refusal]:
@@ -358,6 +355,13 @@ class Scan(Section):
         return self.heading == 0.0 and (self.trajectory is None or not _over_area(self.trajectory[0]))
 
     @property
+    def turned(self) -> bool:
+        """Whether the finger is turned from the x axis anywhere."""
+        over_area = self.trajectory is not None and _over_area(self.trajectory[0])
+        directions = (point[3] for point in self.trajectory or ()) if over_area else (self.direction,)
+        return any(map(is_turned, directions))
+
+    @property
     def turns(self) -> bool:
         """Whether the finger turns: recorded points over an area have different directions."""
         return not self.along_x and self.trajectory is not None and len({point[3] for point in self.trajectory}) > 1
@@ -385,10 +389,3 @@ class Scan(Section):
         elif self.trajectory is not None:
             unused = {"speed", "load", "stroke"}
         return without(super().document(), *unused, *line)
-
-
-def over_area_fields(given: Mapping[str, Any]) -> list[str]:
-    """Return the names of the fields of a scan, as written, that need a texture over an area."""
-    fields = {name: given[name] for name in LINE if given.get(name) is not None}
-    names = [name for name in fields if Scan.value_of(fields, name) != 0.0]
-    return names + ["trajectory"] * (count_of_columns(given.get("trajectory")) == len(AREA_POINT_RULES))

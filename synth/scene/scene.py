@@ -23,8 +23,8 @@ from synth.scene.effects_section import Effects, FrozenMapping, declaration, low
 from synth.scene.finger_section import Finger
 from synth.scene.output_section import Accuracy, Channel, Output
 from synth.scene.point_columns import in_order
-from synth.scene.rules import MOST_FAULTS, Fields, Quantity, Refusal, refusal
-from synth.scene.scan_section import CLOCK, LOWEST_LOAD, Scan, over_area_fields, since
+from synth.scene.rules import MOST_FAULTS, Fields, Quantity, Refusal
+from synth.scene.scan_section import CLOCK, LOWEST_LOAD, Scan, since
 from synth.scene.section import Section, inner_section, plain, rule_of, section_schema
 from synth.scene.sound_scene import CALLED, HEAD_BYTES, document_in_sound, is_sound
 from synth.scene.text import json_text, object_from_text, pointer
@@ -70,28 +70,14 @@ class Scene(Section):
 
     @classmethod
     def conflicts(cls, given: Fields) -> list[Refusal]:
-        """Refuse a probe, a scan over an area, or effects that need another kind of texture or finger."""
+        """Refuse effects that need another kind of texture or finger."""
         finger, texture = _kind(given, "finger", "comb"), _kind(given, "texture", DEFAULT)
         effects = given.get("effects")
         texture = catalogue_kinds().get(texture, texture)
         of_area = texture in kinds() and kinds()[texture].of_area
-        if finger == "probe" and of_area:
-            hint = f'Write "fingertip" or "comb". The texture, of kind "{texture}", has heights over an area.'
-            return [refusal(["finger", "kind"], finger, "a finger over an area", hint)]
-        lines = [] if of_area else _only_over_area(given, texture)
         if not isinstance(effects, Mapping):
-            return lines
-        return [*lines, *misplaced(effects, finger, texture, of_area=of_area)]
-
-
-def _only_over_area(given: Fields, texture: str) -> list[Refusal]:
-    """Return the refusals of a scan over an area, for a texture that does not vary across."""
-    scan = _written(given, "scan")
-    hint = f'Leave it out, or write texture.kind "dots" or "heightmap". The texture "{texture}" consists of lines.'
-    return [
-        refusal(["scan", name], plain(scan[name]), "a scan of a texture over an area", hint)
-        for name in over_area_fields(scan)
-    ]
+            return []
+        return list(misplaced(effects, finger, texture, of_area=of_area))
 
 
 def _kind(given: Fields, section: str, default: str) -> str:

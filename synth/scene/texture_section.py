@@ -74,11 +74,6 @@ def with_named(owners: Sequence[str]) -> list[str]:
     return [*owners, *(name for name, kind in catalogue_kinds().items() if kind in owners)]
 
 
-def textures_over_area() -> list[str]:
-    """Return the values of `texture.kind` whose heights vary across the scan too."""
-    return with_named([kind.name for kind in kinds().values() if kind.of_area])
-
-
 class TextureFields(Section):
     """The sample under the finger: its form and its elasticity."""
 

@@ -19,7 +19,17 @@ if TYPE_CHECKING:  # not at run time: a scene imports the kinds while it is bein
 
 def profile_of(scene: Scene) -> Profile:
     """Return the texture of `scene`. Profiles are kept with their tables and bounds (`PARTS`)."""
-    return _made(scene.texture)
+    return met_by(scene, _made(scene.texture))
+
+
+def met_by(scene: Scene, profile: Profile) -> Profile:
+    """Return `profile`, as an area if it is a line on which the finger of `scene` is turned."""
+    if not scene.scan.turned:
+        return profile
+    from synth.scene.line_scan import turned_on_line
+    from synth.surfaces.grooves import Grooves
+
+    return Grooves(profile) if turned_on_line(scene) else profile
 
 
 @kept

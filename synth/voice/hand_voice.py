@@ -81,7 +81,7 @@ class HandVoice(LiveVoice):
     @property
     def over_area(self) -> bool:
         """Whether updates can lead the finger over an area and turn it; otherwise it stays on one line."""
-        return follows_path(self.scene)
+        return follows_path(nominal_scene(self.scene))
 
     @property
     def touched(self) -> bool:

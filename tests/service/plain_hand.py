@@ -17,7 +17,8 @@ from synth.encode.formats import Block
 from synth.held_memory import Held
 from synth.motion.motion import Update
 from synth.scene.scene import Scene, scene_document
-from synth.scene.texture_registry import kinds
+from synth.surfaces import profile_of
+from synth.surfaces.height_field import HeightField
 from synth.voice.fades import faded
 from tests.service.plain_engine import FULL_SCALE, pitch
 
@@ -103,7 +104,7 @@ class PlainHand:
 
     @property
     def over_area(self) -> bool:
-        return kinds()[self.scene.texture.kind].of_area and not self.scene.effects
+        return isinstance(profile_of(self.scene), HeightField) and not self.scene.effects
 
     @property
     def plan_document(self) -> dict[str, Any]:

@@ -9,7 +9,6 @@ import pytest
 from synth.errors import SceneError
 from synth.scene.effects_section import declaration, effect_names
 from synth.scene.finger_section import FIELDS
-from synth.scene.scan_section import LINE
 from synth.scene.scene import parse_scene
 from synth.scene.texture_registry import kinds, kinds_with
 from tests.clients.web.form import PERIOD, REFUSED, at, scene_of, written
@@ -114,8 +113,6 @@ def of_its_kind(scene: Any, path: tuple[str, ...]) -> Any:
     if path[0] == "finger" and scene.get("finger"):
         kind = next((kind for kind, names in FIELDS.items() if path[-1] in names), "comb")
         return scene | {"finger": {"kind": kind, **scene["finger"]}}
-    if path[0] == "scan" and path[-1] in LINE:
-        return {**scene, "texture": {"kind": "dots"}}
     if path[0] != "texture" or not scene.get("texture"):
         return scene
     kind = scene["texture"].get("kind") or next(iter(kinds_with(path[-1])), "sinusoid")

@@ -201,8 +201,8 @@ def test_version_1_refuses_a_place_and_says_which_version_has_it() -> None:
 # The texture decides
 
 
-def test_on_a_line_y_is_taken_and_the_finger_cannot_turn() -> None:
-    driver = started(version=V2, scene=LINE)
+def test_on_a_line_y_is_taken_and_an_effect_along_x_keeps_the_finger_from_turning() -> None:
+    driver = started(version=V2, scene=LINE | {"effects": {"inertia": {}}})
     driver.say("contact", seq=1, time=0, x=0.5, y=0.25)
     driver.run(0.02)
     driver.binary(place(2, 0.5, 0.25, direction=0.0, load=None))
@@ -214,24 +214,48 @@ def test_on_a_line_y_is_taken_and_the_finger_cannot_turn() -> None:
             driver.binary(place(seq, 0.0, 0.0, direction=0.5))
         (fault,) = problem_of(driver)["errors"]
         assert (fault["pointer"], fault["value"], fault["allowed"]) == ("/direction", "0.5 rad", "0 rad")
-        assert "varies along x only" in fault["hint"]
+        assert "simulated along x" in fault["hint"]
     assert len(updates(driver)) == 2 and len(driver.texts("problem")) == 2
 
 
-def test_the_finger_may_turn_from_the_message_scene_on_and_until_it() -> None:
-    driver = started(version=V2, scene=LINE)
+def test_a_finger_that_turns_on_a_line_changes_the_scene_once() -> None:
+    driver = started(version=V2, scene=LINE | {"scan": {"stroke": {"load": 0.4}}})
     assert driver.texts("ready")[0]["over_area"] is False
-    driver.say("scene", scene=DOTS)
+    driver.binary(place(1, 0.0, 0.0, direction=0.0))
+    driver.binary(place(2, 0.0, 0.0, direction=2.0 * math.pi))
+    assert [update.seq for update in updates(driver)] == [2] and driver.texts("scene") == []
+    for seq in range(3, 6):
+        driver.binary(place(seq, 0.0, 0.0, direction=1.0))
+    assert [update.seq for update in updates(driver)] == [2, 5] and driver.texts("problem") == []
+    (told,) = driver.texts("scene")
+    assert told["over_area"] is True
+    (_frame, scene), *rest = driver.hand.applied.scenes
+    assert (scene.scan.direction, scene.scan.stroke, scene.scan.load, rest) == (1.0, None, 0.4, [])
+    driver.say("contact", seq=6, time=0, x=0, y=0, direction=2.0)
+    driver.run(0.2)
+    driver.say("scene", scene={"scan": {"direction": 0.0}})
+    driver.run(0.2)
+    driver.say("contact", seq=7, time=0, x=0, y=0, direction=2.0)
+    driver.run(0.2)
+    assert [message["over_area"] for message in driver.texts("scene")] == [True, False, True]
+    assert driver.hand.applied.scenes[-1][1].scan.direction == 2.0
+
+
+@pytest.mark.parametrize("texture", [LINE, DOTS])
+def test_the_direction_of_a_probe_is_taken_and_changes_no_scene(texture: dict[str, Any]) -> None:
+    driver = started(version=V2, scene=texture | {"finger": {"kind": "probe"}})
     driver.binary(place(1, 0.0, 0.0, direction=1.0))
-    assert problem_of(driver)["errors"][0]["pointer"] == "/direction", "the line is still heard"
+    assert [update.direction for update in updates(driver)] == [1.0]
+    assert driver.texts("problem") == driver.texts("scene") == []
+
+
+def test_places_on_another_texture_wait_for_its_message_scene() -> None:
+    driver = started(version=V2, scene=LINE)
+    driver.say("scene", scene=DOTS)
     driver.run(0.02)
     assert driver.texts("scene")[0]["over_area"] is True
-    driver.binary(place(2, 0.0, 0.0, direction=1.0))
-    assert [update.seq for update in updates(driver)] == [2]
     driver.say("scene", scene=LINE)
     driver.run(0.2)
-    driver.binary(place(3, 0.0, 0.0, direction=1.0))
-    assert [update.seq for update in updates(driver)] == [2] and len(driver.texts("problem")) == 2
     assert driver.texts("scene")[1]["over_area"] is False
 
 

@@ -17,7 +17,6 @@ from synth.response.layered_cost import (
     LayeredBounds,
     LayeredCost,
     grid_of,
-    indentations,
     layered_cost,
     levels_of,
 )
@@ -89,7 +88,7 @@ def random_places(count: int, seed: int) -> tuple[Any, Any, Any]:
 def parts_of_told(contact: Contact, table: LayeredTable, seed: int) -> Any:
     """Return the differences from the exact solver at 1,000 random places and loads, over those that are told."""
     phases, across, loads = random_places(1000, seed)
-    exact = grid_of(contact).solve_places(phases, across, indentations(contact, loads)).height
+    exact = grid_of(contact).solve_places(phases, across, contact.indentations(loads)).height
     return np.abs(table.heights(phases, across, loads) - exact) / [table.error_at(load) for load in loads]
 
 
@@ -108,7 +107,7 @@ def test_the_bracket_holds(finger: str, kind: str) -> None:
     contact, table = contact_for(finger, kind), table_for(finger, kind)
     phases, across, loads = random_places(500, 21)
     found = table.heights(phases, across, loads)
-    exact = grid_of(contact).solve_places(phases, across, indentations(contact, loads)).height
+    exact = grid_of(contact).solve_places(phases, across, contact.indentations(loads)).height
     for load, z, wanted in zip(loads, found, exact, strict=True):
         below, above = table.bracket_at(load)
         assert z - below <= wanted <= z + above

@@ -10,8 +10,9 @@ import pytest
 
 import ridgewave as rw
 from synth.errors import Fault, SceneError
+from synth.scene.line_scan import along_x, as_written, turned_on_line
 from synth.scene.scan_section import LINE
-from synth.scene.scene import Scene, parse_scene, scene_document, scene_schema
+from synth.scene.scene import Scene, parse_scene, scene_document
 from tests.few import paired
 
 ENDS = {"y": 10.0, "heading": 1000.0, "direction": 1000.0}
@@ -61,11 +62,27 @@ def test_both_ends_render(name: str, sign: float) -> None:
 
 
 @pytest.mark.parametrize("name", LINE)
-def test_a_texture_of_lines_refuses_them_unless_they_are_zero(name: str) -> None:
-    (fault,) = faults({name: 0.1}, {})
-    assert fault.pointer == f"/scan/{name}"
-    assert "heightmap" in fault.hint
+def test_a_texture_of_lines_takes_them_too(name: str) -> None:
+    scene = parse_scene({"scan": {name: 0.1}})
+    assert getattr(scene.scan, name) == 0.1
+    assert parse_scene(scene_document(scene)) == scene
+    assert scene.scan.turned == (name == "direction")
     assert parse_scene({"scan": {name: 0.0}}) == parse_scene({})
+
+
+@pytest.mark.parametrize("finger", ["comb", "fingertip", "probe"])
+def test_on_a_texture_of_lines_only_a_turned_comb_or_fingertip_leaves_x(finger: str) -> None:
+    for scan in ({"y": 1.0}, {"heading": 1.0}, {"direction": 1.0}, {"direction": -math.tau}, {"trajectory": POINTS}):
+        scene = parse_scene({"finger": {"kind": finger}, "scan": scan})
+        turns = scan.get("direction") == 1.0 or "trajectory" in scan
+        assert turned_on_line(scene) == (turns and finger != "probe")
+        if turned_on_line(scene):
+            assert along_x(scene) == scene
+            continue
+        reduced = along_x(scene)
+        assert reduced.scan.along_x and not reduced.scan.turned and reduced.scan.y == 0.0
+        assert as_written(reduced) == scene and scene_document(reduced) == scene_document(scene)
+        assert along_x(reduced) == reduced
 
 
 def test_points_of_five_numbers_are_read_in_si_and_written_back() -> None:
@@ -78,8 +95,6 @@ def test_points_of_five_numbers_are_read_in_si_and_written_back() -> None:
 
 
 def test_points_of_five_numbers_stand_alone() -> None:
-    (fault,) = faults({"trajectory": POINTS}, {})
-    assert fault.pointer == "/scan/trajectory"
     (fault,) = faults({"trajectory": POINTS, "heading": 0.1})
     assert (fault.pointer, fault.allowed) == ("/scan/heading", "not beside points over an area")
     (fault,) = faults({"trajectory": [*POINTS[:3], [0.3, 0.02, 0.4]]})
@@ -88,10 +103,3 @@ def test_points_of_five_numbers_stand_alone() -> None:
     assert "10 m/s at most" in fault.allowed
     (fault,) = faults({"trajectory": [*POINTS[:3], [0.3, 0.02, 0.0, math.nan, 0.4]]})
     assert fault.pointer == "/scan/trajectory/3/3"
-
-
-def test_the_schema_names_the_textures_that_have_an_area() -> None:
-    scan = scene_schema()["properties"]["scan"]["anyOf"][0]["properties"]
-    for name in LINE:
-        assert {"dots", "heightmap"} <= set(scan[name]["x-needs"]["texture.kind"])
-        assert "sinusoid" not in scan[name]["x-needs"]["texture.kind"]

@@ -24,10 +24,10 @@ def tabled(points: Any) -> Any:
 
 
 @pytest.mark.parametrize("form", [lambda rows: rows, np.ndarray.tolist, list, named, tabled])
-def test_a_recording_over_an_area_on_a_texture_of_lines_is_refused_in_every_form(form: Any) -> None:
+def test_a_recording_over_an_area_is_read_in_every_form_on_every_texture(form: Any) -> None:
     points = np.linspace([0.0, 0.0, 0.0, 0.0, 0.3], [0.2, 0.01, 0.01, 0.1, 0.4], 11)
-    with pytest.raises(SceneError, match=r"scan\.trajectory: .* a scan of a texture over an area"):
-        parse_scene({"texture": {"kind": "grating"}, "scan": {"trajectory": form(points)}})
-    assert not parse_scene({"texture": {"kind": "dots"}, "scan": {"trajectory": form(points)}}).scan.along_x
+    for texture in ("grating", "dots"):
+        scan = parse_scene({"texture": {"kind": texture}, "scan": {"trajectory": form(points)}}).scan
+        assert not scan.along_x and scan.trajectory == tuple(map(tuple, points.tolist()))
     with pytest.raises(SceneError, match=r"scan\.heading: .* not beside points over an area"):
         parse_scene({"texture": {"kind": "dots"}, "scan": {"trajectory": form(points), "heading": 0.1}})

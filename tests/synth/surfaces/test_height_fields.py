@@ -174,7 +174,6 @@ def test_maps_that_cannot_be_are_refused(texture: dict[str, Any], field: str, wo
 
 def test_what_an_area_cannot_have_is_refused() -> None:
     for scene, pointer in (
-        ({"finger": {"kind": "probe"}, "texture": {"kind": "dots"}}, "/finger/kind"),
         ({"texture": MAP, "effects": {"curvature": {}}}, "/effects/curvature"),
         ({"finger": {"kind": "fingertip"}, "texture": MAP, "effects": {"tangential": {}}}, "/effects/tangential"),
     ):
