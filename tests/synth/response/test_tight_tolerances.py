@@ -65,13 +65,14 @@ def check(asked: dict[str, Any], quantity: str, tolerance: float) -> None:
         sound = rw.render({**asked, "output": output, "accuracy": {"tolerance": tolerance}})
     assert sound.plan is not None
     highest = max(1, math.ceil(bandwidth / turns) - 1)
-    phases = 3 * 5 * 16 * highest + 1  # no power of two
+    tight = tolerance <= 1e-5
+    phases = (4 if tight else 1) * 3 * 5 * 16 * highest + 1  # no power of two
     profile, law = profile_of(scene), Stiffness.of_scene(scene)
     comb = Comb(
         scene.finger.ridge_amplitude, scene.finger.ridge_period, scene.finger.contact_length or 0.0,
         law.indentation(scene.scan.load), profile.heights, profile.period,
     )  # fmt: skip
-    pieces = PIECES * max(1, math.ceil(0.5e-3 / profile.period))
+    pieces = (4 if tolerance < 1e-5 else 1) * PIECES * max(1, math.ceil(0.5e-3 / profile.period))
     fine, rough = (comb.series(highest, phases, round(number)) for number in (FEWER * pieces, pieces))
     n = np.arange(1, highest + 1)
     factor = (2j * math.pi * scene.scan.speed / profile.period * n) ** QUANTITIES.index(quantity)
