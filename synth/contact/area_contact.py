@@ -17,7 +17,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Self, TypeVar
+from typing import ClassVar, Self, TypeVar
 
 import numpy as np
 
@@ -189,6 +189,28 @@ class ContactOnArea(Contact):
 
 class CombOnArea(ContactOnArea):
     """A comb of ridges on a height field, with the stiffness of eqs 4-5 at L."""
+
+    hard_edges: ClassVar[bool] = True
+
+    @property
+    def own_size(self) -> tuple[float, float]:
+        """Length and width, m."""
+        return self.geometry.contact_length, self.geometry.contact_length
+
+    @property
+    def own_area(self) -> float:
+        """L^2 (m^2), to which its stiffness belongs."""
+        return self.geometry.contact_length**2
+
+    @property
+    def own_middle(self) -> float:
+        """x of its middle, m."""
+        return 0.5 * self.geometry.contact_length
+
+    def own_heights(self, x: Array, y: Array) -> Array:
+        """Return its height (m) at every pair of `x` and `y` (m) from its middle, along and across it."""
+        heights = self.geometry.finger(x + 0.5 * self.geometry.contact_length)
+        return np.repeat(heights[:, np.newaxis], len(y), axis=1)
 
     @property
     def lattice(self) -> tuple[tuple[float, float], float]:

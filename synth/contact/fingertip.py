@@ -19,7 +19,7 @@ from collections import deque
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 
@@ -149,6 +149,24 @@ class FingertipContact(Contact):
         if isinstance(texture, HeightField):
             return kept(area_grid)(self.field, self.footprint, texture, scale, self.line, self.coarser)
         return line_grid(self.surface, texture, scale, self.coarser)
+
+    hard_edges: ClassVar[bool] = False
+    own_middle: ClassVar[float] = 0.0
+    """x of its middle, m."""
+
+    @property
+    def own_size(self) -> tuple[float, float]:
+        """Length and width (m) of the region in which it may touch."""
+        return self.footprint.reach
+
+    @property
+    def own_area(self) -> float:
+        """L0 W0 (m^2), to which its stiffness belongs."""
+        return self.footprint.length * self.footprint.width
+
+    def own_heights(self, x: Array, y: Array) -> Array:
+        """Return its height (m) at every pair of `x` and `y` (m) from its middle, along and across it."""
+        return self.surface.heights(x, y)
 
     def middle_line(self, places: Array) -> Array:
         """Return the height of the fingertip (m) at x = `places` (m, from the middle) on the line y = 0."""

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -68,6 +68,27 @@ class TipOnArea(ContactOnArea):
     def lattice(self) -> tuple[tuple[float, float], float]:
         """Length and width of what may touch, and the length that touches at USUAL (m)."""
         return (self.span, self.span), self.tip.length_at(USUAL)
+
+    hard_edges: ClassVar[bool] = False
+
+    @property
+    def own_size(self) -> tuple[float, float]:
+        """Length and width (m) of what may touch."""
+        return self.span, self.span
+
+    @property
+    def own_area(self) -> float:
+        """R^2 (m^2), to which its stiffness belongs."""
+        return self.tip.radius**2
+
+    @property
+    def own_middle(self) -> float:
+        """x of its middle, m."""
+        return 0.5 * self.geometry.contact_length
+
+    def own_heights(self, x: Array, y: Array) -> Array:
+        """Return its height (m) at every pair of `x` and `y` (m) from its middle."""
+        return np.asarray(-(x[:, np.newaxis] ** 2 + y**2) / (2.0 * self.tip.radius))
 
     def over_loads(self, heaviest: float, deeper: float = 0.0) -> Self:
         """See `Contact`."""

@@ -48,7 +48,6 @@ class AdhesionEffect(BalanceEffect):
     summary = "Surfaces attract each other: pull-in, pull-off, and loads below 0 N that pull."
     settings = AdhesionSettings
     replaces = "the law of the pressure"
-    of_one_shape = True
     fingers = "comb", "fingertip", "probe"
     areas = True
     lowest_load = -LARGEST_PULL

@@ -54,6 +54,7 @@ class ContactGrowth(ShapeEffect):
     summary = "The contact length follows the load, about the middle of the contact."
     settings = GrowthSettings
     replaces = "the contact length"
+    moves_ends = True
     price = Price(8.3, 270_000)
 
     def reason(self, scene: Scene, settings: GrowthSettings) -> str:

@@ -8,7 +8,8 @@ Model   The whole model is one balance, m z'' + c z' = sum of the pressure over 
                   then simulated step by step, by one simulation for all such effects together.
         OUTPUT    reads the result and adds channels, or changes the channels before them, block by block.
         Within a kind, effects run in the order of their names. Two effects that replace the same thing are refused
-        together (`Declaration.replaces`). All others combine: each acts on the result of those before it.
+        together (`Declaration.replaces`); of two on "auto" the larger is taken. All others combine: each acts on the
+        result of those before it.
 Source  The design has reason, prepare, start and step. Kinds SHAPE and BALANCE have no step of their own: a contact has
         one response and a finger one balance, however many effects take part.
 """
@@ -91,9 +92,13 @@ class Effect(ABC):
 
 
 class ShapeEffect(Effect):
-    """Replaces the contact of the scene."""
+    """Replaces the contact of the scene.
+
+    moves_ends: whether the ends of the contact move with the load.
+    """
 
     kind = Kind.SHAPE
+    moves_ends: bool = False
 
     @abstractmethod
     def shaped(self, contact: Contact, settings: Any) -> Contact:
@@ -103,11 +108,11 @@ class ShapeEffect(Effect):
 class BalanceEffect(Effect):
     """Replaces a term of the balance.
 
-    of_one_shape: whether it needs a contact whose shape does not follow the load, where the load varies.
+    needs_fixed_ends: whether it needs a contact whose ends do not move with the load.
     """
 
     kind = Kind.BALANCE
-    of_one_shape: bool = False
+    needs_fixed_ends: bool = False
 
     @abstractmethod
     def balanced(self, terms: Terms, settings: Any) -> Terms:

@@ -87,8 +87,9 @@ class ViscousSkin(BalanceEffect):
     summary = "A viscoelastic skin that never pulls, and recovers by itself where the surface has left it."
     settings = SkinSettings
     replaces = "the law of the pressure"
-    of_one_shape = True
-    fingers = "comb", "probe"
+    needs_fixed_ends = True
+    fingers = "comb", "fingertip", "probe"
+    areas = True
     price = Price(5200.0, 250_000)
 
     def reason(self, scene: Scene, settings: SkinSettings) -> str:

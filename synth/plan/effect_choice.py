@@ -4,7 +4,8 @@ Stage   2, used by `preparation`.
 Model   For "auto", the output of the scene is computed with and without the effect, at the scene's own speed and load.
         The change is the largest difference, relative to the peak-to-peak without the effect. The effect is simulated
         if the change is more than PUT_IN of the tolerance. Effects are judged in the order in which they run, each
-        together with those that were chosen before it.
+        together with those that were chosen before it. Of two that replace the same thing, the one that the scene sets
+        is taken, or the one with the larger change. "auto" is never refused: what does not fit the scene is left out.
 Limits  The change is an estimate. It is within a factor of two of the change of a whole render.
 """
 
@@ -18,7 +19,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
-from synth.effects.effect import BalanceEffect, Effect, Kind, OutputEffect
+from synth.effects.effect import BalanceEffect, Effect, Kind, OutputEffect, ShapeEffect
 from synth.errors import Fault, SceneError
 from synth.plan.request import Request
 from synth.response.mean_approach import Mean
@@ -26,8 +27,11 @@ from synth.response.reading_filter import ORDERS
 from synth.response.table_error import QUANTITIES
 from synth.scene.effects_section import AUTO, FrozenMapping, declaration
 from synth.scene.scene import Scene
+from synth.surfaces import profile_of
+from synth.surfaces.height_field import HeightField
 
 PUT_IN = 0.4  # of the tolerance: between a tenth, which would be negligible, and the whole
+LONGEST_WHOLE = 1.0  # m: longest period over which effects are solved: the longest of a texture that is not a profile
 MEAN_PHASES = 64  # phases of a period over which the contact is averaged; more would change its stiffness by under 1 %
 
 
@@ -111,23 +115,64 @@ def asked(scene: Scene, kind: Kind) -> Iterator[tuple[Effect, Any, bool]]:
             yield effect, effect.settings() if settings == AUTO else settings, settings == AUTO
 
 
-PROBE = "a probe"
+def groups(scene: Scene, kind: Kind) -> list[tuple[list[tuple[Effect, Any]], list[tuple[Effect, Any]]]]:
+    """Return the effects of one kind in groups that replace the same thing: those set, and those on "auto"."""
+    found: dict[str, tuple[list[tuple[Effect, Any]], list[tuple[Effect, Any]]]] = {}
+    for effect, settings, auto in asked(scene, kind):
+        found.setdefault(effect.replaces or effect.name, ([], []))[int(auto)].append((effect, settings))
+    return list(found.values())
 
 
-def require_one_shape(scene: Scene) -> None:
+def unfit(scene: Scene, effect: Effect, *, load_varies: bool, ends_move: bool = False) -> str:
+    """Return why `effect`, on "auto", does not fit `scene`, as a sentence, or "".
+
+    load_varies: as of `Request`.
+    ends_move: whether an effect moves the ends of the contact with the load.
+    """
+    if scene.finger.kind not in effect.fingers:
+        return f"It is an effect of a {' or a '.join(effect.fingers)}; this finger is a {scene.finger.kind}."
+    if isinstance(profile_of(scene), HeightField) and not effect.areas:
+        return "It is an effect of a texture along a line; this texture has heights over an area."
+    given = {name: settings for name, settings in scene.effects.items() if settings != AUTO}
+    for name, settings in given.items():
+        clash = effect_called(name).clash(settings, {effect.name: AUTO})
+        if clash is not None:
+            return f"{name} does not allow it: {clash[0]}."
+    laws = [name for name in given if getattr(effect_called(name), "needs_fixed_ends", False)]
+    if load_varies and laws and isinstance(effect, ShapeEffect) and effect.moves_ends:
+        return f"{laws[0]} is simulated on a contact whose ends do not move with the load."
+    if not isinstance(effect, BalanceEffect):
+        return ""
+    if load_varies and ends_move and effect.needs_fixed_ends:
+        return "It is simulated on a contact whose ends do not move with the load."
+    if scene.texture.period > LONGEST_WHOLE:
+        return f"It is solved over a whole period, of {LONGEST_WHOLE:g} m at most."
+    return ""
+
+
+def beside(effect: Effect, other: Effect, why: str, change: float | None) -> LeftOut:
+    """Return `effect` as left out for `other`, which replaces the same thing; why: it is preferred."""
+    reason = f"It replaces {effect.replaces}, as {other.name} does, {why}."
+    return LeftOut(effect.name, reason, change)
+
+
+def require_fixed_ends(scene: Scene) -> None:
     """Raise SceneError if `scene` sets two effects that cannot be combined under a load that varies."""
-    shapes = [shape.name for shape, _settings, auto in asked(scene, Kind.SHAPE) if not auto]
-    shapes += [PROBE] * (scene.finger.kind == "probe")
+    shapes = [
+        shape.name
+        for shape, _settings, auto in asked(scene, Kind.SHAPE)
+        if isinstance(shape, ShapeEffect) and shape.moves_ends and not auto
+    ]
     for law, _settings, auto in asked(scene, Kind.BALANCE):
-        if shapes and isinstance(law, BalanceEffect) and law.of_one_shape and not auto:
-            raise two_shapes(shapes[0], law.name)
+        if shapes and isinstance(law, BalanceEffect) and law.needs_fixed_ends and not auto:
+            raise moving_ends(shapes[0], law.name)
 
 
-def two_shapes(shape: str, law: str) -> SceneError:
-    """Return the error of `shape`, an effect or PROBE, and the effect `law` under a load that varies."""
+def moving_ends(shape: str, law: str) -> SceneError:
+    """Return the error of the effects `shape` and `law` under a load that varies."""
     hint = (
-        f"{law} is simulated on a contact that keeps its shape, and with {shape} the shape follows the load. "
-        "Keep the load constant, or leave one of the two out."
+        f"{law} remembers what each place of the finger has touched, and with {shape} the ends of the contact move "
+        "over these places. Keep the load constant, or leave one of the two out."
     )
     allowed = f"{shape} and {law} can be combined only at a constant load"
     return SceneError([Fault(f"/effects/{law}", "a load that varies, or a hand", allowed, hint)])
@@ -157,6 +202,41 @@ def judged(
     if largest > PUT_IN * tolerance:
         return SimulatedEffect(effect, settings, words)
     return LeftOut(effect.name, words, largest)
+
+
+@dataclass(frozen=True, slots=True)
+class Tried:
+    """An effect on "auto" that was tried.
+
+    verdict: of `judged`.
+    change: of each order.
+    result: what the effect makes of the scene.
+    """
+
+    verdict: SimulatedEffect | LeftOut
+    change: tuple[float, ...]
+    result: Any
+
+    @property
+    def simulated(self) -> SimulatedEffect:
+        """The verdict of an effect that was chosen."""
+        assert isinstance(self.verdict, SimulatedEffect)
+        return self.verdict
+
+
+def largest_of(tried: list[Tried]) -> tuple[Tried | None, list[LeftOut]]:
+    """Return the one with the largest change of those that replace the same thing, if it matters; and the others."""
+    best = max(tried, key=lambda one: max(one.change), default=None)
+    if best is None or isinstance(best.verdict, LeftOut):
+        return None, [one.verdict for one in tried if isinstance(one.verdict, LeftOut)]
+    others = []
+    for one in tried:
+        if isinstance(one.verdict, LeftOut):
+            others.append(one.verdict)
+        elif one is not best:
+            why = "which changes the output more"
+            others.append(beside(one.verdict.effect, best.simulated.effect, why, max(one.change)))
+    return best, others
 
 
 def outputs_of(scene: Scene) -> list[tuple[OutputEffect[Any], Any]]:

@@ -14,19 +14,24 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from synth.contact.load_balance import Contact
-from synth.effects.effect import AddedChannel, BalanceEffect, Kind, OutputStage, ShapeEffect
+from synth.effects.effect import AddedChannel, BalanceEffect, Effect, Kind, OutputStage, ShapeEffect
 from synth.effects.simulation.terms import Terms
+from synth.errors import SceneError
 from synth.plan.channels import NEARLY, PEAK, STILL, ChannelPlan
 from synth.plan.effect_choice import (
-    PROBE,
     LeftOut,
     SimulatedEffect,
     SimulationCase,
+    Tried,
     asked,
+    beside,
+    groups,
     judged,
+    largest_of,
+    moving_ends,
     outputs_of,
     relative_change,
-    two_shapes,
+    unfit,
 )
 from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
 from synth.scene.scene import Scene
@@ -101,22 +106,42 @@ def shape_for(
     loads: smallest and largest load of the scan, N.
     turns: texture periods per second.
     """
+    heaviest = max(*loads, scene.scan.lift_load)
     judged_at = sorted({max(load, scene.scan.lift_load) for load in (*loads, scene.scan.load)})
     called: list[SimulatedEffect] = []
     spared: list[LeftOut] = []
-    for effect, settings, auto in asked(scene, Kind.SHAPE):
-        assert isinstance(effect, ShapeEffect)
-        shaped = effect.shaped(contact, settings)
-        verdict: SimulatedEffect | LeftOut = SimulatedEffect(effect, settings)
-        if auto:
-            relative = _shape_change(contact, shaped, demand, judged_at)
-            verdict = judged(effect, settings, demand.orders, relative, turns, demand.tolerance)
-        if isinstance(verdict, SimulatedEffect):
-            contact = shaped
-            called.append(verdict)
-        else:
-            spared.append(verdict)
+    for given, autos in groups(scene, Kind.SHAPE):
+        for effect, settings in given:
+            assert isinstance(effect, ShapeEffect)
+            contact = effect.shaped(contact, settings)
+            called.append(SimulatedEffect(effect, settings))
+        tried: list[Tried] = []
+        for effect, settings in autos:
+            assert isinstance(effect, ShapeEffect)
+            reason = unfit(scene, effect, load_varies=loads[0] != loads[1])
+            if given or reason:
+                spared.append(LeftOut(effect.name, reason, None) if reason else _beside_given(effect, given[0][0]))
+                continue
+            try:
+                shaped = effect.shaped(contact, settings)
+                shaped.geometry_at(heaviest)
+                change = _shape_change(contact, shaped, demand, judged_at)
+            except SceneError as error:
+                spared.append(LeftOut(effect.name, f"It has no solution here: {error}", None))
+                continue
+            tried.append(
+                Tried(judged(effect, settings, demand.orders, change, turns, demand.tolerance), change, shaped)
+            )
+        chosen, others = largest_of(tried)
+        spared += others
+        if chosen is not None:
+            contact = chosen.result
+            called.append(chosen.simulated)
     return contact, PreparedEffects(tuple(called), tuple(spared))
+
+
+def _beside_given(effect: Effect, other: Effect) -> LeftOut:
+    return beside(effect, other, "which the scene sets", None)
 
 
 def _shape_change(plain: Contact, shaped: Contact, demand: Demand, loads: list[float]) -> tuple[float, ...]:
@@ -135,10 +160,10 @@ def effects_of(case: SimulationCase, shapes: PreparedEffects) -> PreparedEffects
 
     Raises SceneError if two of them cannot be combined under the loads of `case`.
     """
-    if case.load_varies and not case.contact.of_one_shape:
-        for law, _settings, _auto in asked(case.scene, Kind.BALANCE):
-            if isinstance(law, BalanceEffect) and law.of_one_shape:
-                raise two_shapes(shapes.called[0].effect.name if shapes.called else PROBE, law.name)
+    if case.load_varies and not case.contact.of_one_surface:
+        for law, _settings, auto in asked(case.scene, Kind.BALANCE):
+            if isinstance(law, BalanceEffect) and law.needs_fixed_ends and not auto:
+                raise moving_ends(shapes.called[0].effect.name, law.name)
     plan, called, spared = _simulated(case)
     called += [SimulatedEffect(effect, settings) for effect, settings in outputs_of(case.scene)]
     return PreparedEffects((*shapes.called, *called), (*shapes.spared, *spared), plan)
@@ -174,28 +199,37 @@ def simulated_channel(base: ChannelPlan, full_scale: float | None, plan: Simulat
 
 def _simulated(case: SimulationCase) -> tuple[SimulationPlan | None, list[SimulatedEffect], list[LeftOut]]:
     """Return the simulation of the effects on the balance, the effects simulated, and the effects left out."""
-    terms, called, open_ones = Terms(), [], []
-    spared: list[LeftOut] = []
-    for effect, settings, auto in asked(case.scene, Kind.BALANCE):
+    terms, called, spared = Terms(), [], list[LeftOut]()
+    ordered = groups(case.scene, Kind.BALANCE)
+    for effect, settings in (one for given, _autos in ordered for one in given):
         assert isinstance(effect, BalanceEffect)
-        if auto:
-            open_ones.append((effect, settings))
-        else:
-            terms = effect.balanced(terms, settings)
-            called.append(SimulatedEffect(effect, settings))
-    if not called and not open_ones:
+        terms = effect.balanced(terms, settings)
+        called.append(SimulatedEffect(effect, settings))
+    if not ordered:
         return None, [], []
     from synth.plan.simulation_plan import plan_simulation
 
-    plan = None if terms.quasi_static else plan_simulation(case, terms)
-    for effect, settings in open_ones:
-        candidate = effect.balanced(terms, settings)
-        tried = plan_simulation(case, candidate)
-        relative = tried.change if plan is None else tried.change_from(plan)
-        verdict = judged(effect, settings, case.orders, relative, case.turns, case.tolerance)
-        if isinstance(verdict, SimulatedEffect):
-            terms, plan = candidate, tried
-            called.append(verdict)
-        else:
-            spared.append(verdict)
+    plan, ends_move = None if terms.quasi_static else plan_simulation(case, terms), not case.contact.of_one_surface
+    for given, autos in ordered:
+        tried: list[Tried] = []
+        for effect, settings in autos:
+            assert isinstance(effect, BalanceEffect)
+            reason = unfit(case.scene, effect, load_varies=case.load_varies, ends_move=ends_move)
+            if given or reason:
+                spared.append(LeftOut(effect.name, reason, None) if reason else _beside_given(effect, given[0][0]))
+                continue
+            candidate = effect.balanced(terms, settings)
+            try:
+                found = plan_simulation(case, candidate)
+            except SceneError as error:
+                spared.append(LeftOut(effect.name, f"It has no solution here: {error}", None))
+                continue
+            change = found.change if plan is None else found.change_from(plan)
+            verdict = judged(effect, settings, case.orders, change, case.turns, case.tolerance)
+            tried.append(Tried(verdict, change, (candidate, found)))
+        chosen, others = largest_of(tried)
+        spared += others
+        if chosen is not None:
+            terms, plan = chosen.result
+            called.append(chosen.simulated)
     return plan, sorted(called, key=lambda one: one.effect.name), spared

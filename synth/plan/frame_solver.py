@@ -6,7 +6,7 @@ Model   y = g(w) (z(p / lambda2, w) - mean of z over a period at w) is solved at
         or, for a narrow band, `count` per `stride` frames. One product in the frequency domain limits the band, takes
         the derivatives and reduces the rate to the frame rate:
 
-            (2 pi i f)^k / 2 erfc((f - CUT rate) / (WIDTH rate))
+            (2 pi i f)^k times the gain of `response.band_edge`
 
         This is done chunk by chunk, with margins on both sides that are longer than the filter's ringing. The mean
         over a period is a spline over w^(1/3), because it is smooth in w^(1/3).
@@ -18,8 +18,7 @@ Model   y = g(w) (z(p / lambda2, w) - mean of z over a period at w) is solved at
         is too long for a series, every solution is one of eq. 1.
 Source  design, sections 4 (`"exact"`) and 8. `contact.exact_solver` solves eq. 1 (Fagiani & Barbieri, 2016). The
         constants were measured with 18 recordings of 0.1 to 1 N, on one machine.
-Limits  The filter is 1 to within 1e-9 up to 0.40 of the rate, and below 1e-9 above 0.49 of the rate. For a narrower
-        bandwidth both limits fall in proportion. A solution costs a few microseconds. Costs are predicted, not
+Limits  A solution costs a few microseconds. Costs are predicted, not
         measured, so that the same scene is always solved by the same method.
 """
 
@@ -37,6 +36,7 @@ from synth.contact.load_balance import Contact
 from synth.motion.motion import LOAD, Motion
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.landing import solved_again, windows
+from synth.response.band_edge import edge_of
 from synth.response.mean_approach import Mean
 from synth.response.spectrum import Demand, Spectrum, curves, points_for, solve_spectrum
 from synth.scene.scene import Scene
@@ -45,9 +45,8 @@ from synth.surfaces.height_field import HeightField
 Heights = Callable[..., Array]
 
 WITH_MEAN = -1  # order of the approach, which is z itself; order 0 is displacement, z minus its mean
-CUT, WIDTH = 0.445, 0.0105  # parts of the rate: half amplitude, and width of the edge; 1e-9 is left 0.045 above CUT
-REMOVED = CUT + 0.045  # part of the rate from which on nothing is left
-MARGIN = 192  # frames on each side of a chunk at the full band: the ringing of the filter is below 1e-15 there
+REMOVED = 0.49  # part of the rate from which on nothing is left, at the full band
+MARGIN = 280  # frames on each side of a chunk at the full band: the ringing of the filter is below 1e-15 there
 CHUNK = 4096  # frames of a chunk, unless the filter rings for long
 TOGETHER = 1 << 21  # largest number of solutions of a chunk and its margins (200 MB), unless the margins need more
 PROBED_LOADS = 5  # loads of the recording at which the number of phases per period is found
@@ -308,7 +307,8 @@ class FrameSolver:
         spectrum = np.fft.rfft(value - (value[0] + rise * np.arange(len(value)))) * (frames / len(value))
         spectrum = spectrum[: frames // 2 + 1]
         cycles = np.arange(len(spectrum)) / frames
-        gain = 0.5 * erfc((cycles - CUT * self._scale) / (WIDTH * self._scale))
+        half, width = edge_of(self._scale)
+        gain = 0.5 * erfc((cycles - half) / width)
         spectrum *= gain * (2j * math.pi * self._rate * cycles) ** order
         found = np.fft.irfft(spectrum, frames)
         rise *= self._count / self._stride  # per frame

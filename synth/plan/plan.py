@@ -148,8 +148,8 @@ def _simulated(solved: Preparation) -> tuple[Simulated, ...]:
 
 def _simulation_part(solved: Preparation, plan: SimulationPlan) -> Simulated:
     steps = (
-        f"z is simulated with {plan.simulation.steps} steps per frame and replaces the response. This changes it by "
-        f"{max(plan.change):.2g} of its peak-to-peak."
+        f"z is simulated {plan.simulation.stepper.where}, with {plan.simulation.steps} steps per frame, and replaces "
+        f"the response. This changes it by {max(plan.change):.2g} of its peak-to-peak."
     )
     if plan.work > 1.0:
         steps += f" A second of sound takes {plan.work:.2g} s of processor time."
@@ -165,7 +165,7 @@ def _beginning(solved: Preparation, plan: SimulationPlan) -> str:
         return "The simulation begins at rest."
     if scan.trajectory is not None:
         return "The simulation begins on the elastic contact, where the finger comes down."
-    if plan.simulation.steady is None:
+    if plan.simulation.steady is None or not scan.along_x:
         return f"The simulation begins on the elastic contact, {plan.simulation.settling:.2g} s before the first frame."
     if plan.pilot.repeats:
         return "The simulation begins in its periodic state: each texture period equals the first."

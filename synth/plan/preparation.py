@@ -37,7 +37,7 @@ from synth.plan.direct_plan import (
     follows_path,
     over_area,
 )
-from synth.plan.effect_choice import SimulationCase, outputs_of
+from synth.plan.effect_choice import LONGEST_WHOLE, SimulationCase, outputs_of
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, shape_for, simulated_channel
 from synth.plan.frame_solver import FramePlan, plan_frames
@@ -65,7 +65,6 @@ from synth.surfaces.height_field import HeightField
 SERIES_SHARE = 0.7  # part of a moving scan's tolerance for its series; the folded error of a landing uses the rest
 TIGHTEST, LOOSEST = 1e-7, 3e-2  # range of the tolerance for "imperceptible", which is the range of accuracy.tolerance
 OF_LEVELS = 2e-2  # least tolerance of a series that gives only the levels of a live voice, which solves directly
-LONGEST_WHOLE = 1.0  # m: longest period over which effects are solved: the longest of a texture that is not a profile
 WIDE = 64  # harmonics in the band: a live scan of an area with more is solved along its path, as its series takes long
 FELT = 0.1  # of the peak-to-peak: smaller errors cause no warning, as a hand distinguishes amplitudes by 0.1 to 0.25
 OFF_LEVEL = 0.025  # of the peak, so that it is 0.78 to 0.82: a larger error is told as one of the level
@@ -274,12 +273,10 @@ def _level_warning(solved: Preparation) -> tuple[str, ...]:
 
 def _stretch(scene: Scene) -> Stretch | None:
     """Return the stretch of a long surface, or None. Raises SceneError where an effect needs a shorter period."""
-    needing = [effect.name for effect, *_settings in asked_effects(scene, Kind.BALANCE)]
-    if needing and not scene.scan.along_x:
-        hint = f"Leave {needing[0]} out, or write no scan.heading, and recorded points as [t, position, load]."
-        raise SceneError([Fault(f"/effects/{needing[0]}", "a scan that leaves x", "a scan along x", hint)])
+    balance = list(asked_effects(scene, Kind.BALANCE))
+    needing = [effect.name for effect, _settings, auto in balance if not auto]
     needing += [effect.name for effect, _settings in outputs_of(scene) if effect.has_table]
-    if not needing:
+    if not needing and (not balance or scene.texture.period > LONGEST_WHOLE):
         return stretch_of(scene, harmonics_in_band(scene, N_MAX + 1), N_MAX)
     if scene.texture.period > LONGEST_WHOLE:
         allowed = f"{LONGEST_WHOLE:g} m or less, because {needing[0]} is solved over a whole period"

@@ -3,8 +3,8 @@
 Stage   2, used by `preparation`. `simulation.running` runs the simulation, which replaces the response.
 Model   A pilot is a run of whole texture periods of the steady scan. A stroke or a recording is also run along its own
         motion.
-        Points: the number of skin points is doubled until their error, from the change of the pilot by the last
-        doubling, is within POINTS_SHARE of the tolerance.
+        Points: their distance is halved until their error, from the change of the pilot by the last halving, is within
+        POINTS_SHARE of the tolerance. Over an area this takes four times as many.
         In a file, points also replace a table that is too coarse, such as that of a texture with a long period.
         Steps: pilots are run with n and 2 n steps per frame. n is doubled until they agree within SETTLED of the
         tolerance or, live, within TABLE_STEPS of the error of the table if that is larger.
@@ -13,7 +13,7 @@ Model   A pilot is a run of whole texture periods of the steady scan. A stroke o
         - the change by twice the steps, plus a third of it (second order);
         - for skin, the change by half the points; for a table, the change by half as many phases and heights;
         - what has not settled where the scan begins;
-        - what the filter lets through.
+        - what the filter lets through, and what that of a live voice takes from the end of the band.
 Source  design, section 4: components below 0.40 of the rate are kept and those above 0.45 removed; 0.35 and 0.49 where
         the speed changes.
 Limits  The errors are estimates; tests/synth/effects compares them with independent solutions. Doubling ends where the
@@ -30,26 +30,28 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.effects.simulation.decimation import Decimator
+from synth.effects.simulation.decimation import Decimator, narrowest
 from synth.effects.simulation.periodic import FEWEST_STEPS as FEWEST_OF_PERIOD
 from synth.effects.simulation.periodic import LONGEST, steady_of
 from synth.effects.simulation.running import RESPONSE, Running, Signal, Simulation
 from synth.effects.simulation.terms import ELASTIC, Terms
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
-from synth.plan.contact_steppers import skin_stepper, table_stepper
+from synth.plan.contact_steppers import point_stepper, table_stepper
 from synth.plan.effect_choice import (
     SimulationCase,
     relative_change,
     stiffness_round,
 )
+from synth.response.band_edge import WHOLE_TO, edge_of
+from synth.scene.output_section import BAND
 
 PILOT, LONGEST_PILOT = 0.05, 20.0  # s, shortest run of whole periods, and longest run if a period is longer than that
 LONGEST_OWN = 10.0  # s of a recording along which the change by the effects is computed
 OWN = 1.0  # s of a stroke or a recording along which the number of steps is judged
 STEADY_BAND, MOVING_BAND = (0.40, 0.45), (0.35, 0.49)  # kept and removed band, as parts of the rate
-# Frequency above which a narrower band is removed, relative to the bandwidth, for a scan and for a hand. A steeper
-# filter looks further ahead and increases the delay behind a hand, which is 2.6 ms at 1 kHz.
-WIDENING, WIDENING_AFTER_HAND = 1.5, 2.0
+# Kept and removed band, as parts of a narrower bandwidth: of a live scan, behind a hand, and where only steps and
+# points are compared. A steeper filter looks further ahead, which would increase the delay of a hand, 2.6 ms at 1 kHz.
+SCAN_BAND, HAND_BAND, JUDGED_BAND = (0.9, 1.0), (1.0, 2.0), (1.0, 1.5)
 LEAST_ATTENUATION, MOST_ATTENUATION = 70.0, 140.0  # dB
 FEWEST_STEPS = 96e3  # smallest number of steps per second: contacts change within tens of microseconds
 FORGOTTEN, AHEAD = 16.0, 0.05  # number of time constants that leave 1e-7 of a memory; longest such time of a stream, s
@@ -57,7 +59,8 @@ SETTLING = 0.5  # s that are simulated before the first frame of a run that begi
 BUSY, BUSY_FILE = 0.14, 8.0  # predicted s of work per second: more hinders other live voices; files would take hours
 PATIENCE, PATIENCE_FILE = 0.2, 1.0  # predicted s of work of the next finer pilot, live and for a file
 SHARED = 1.5  # measured over predicted time on a processor that shares its caches: 1 to 2 were seen
-FEWEST_POINTS, MOST_POINTS = 65, 16385  # of skin: fewer points save less than a call costs; the most take 30 us
+FEWEST_POINTS, MOST_POINTS = 65, 16385  # along a line: fewer points save less than a call costs; the most take 30 us
+MOST_OVER_AREA = 65536  # over an area: 10 MB of states
 SETTLED = 0.4  # largest change of a quantity by twice the steps, as a part of the tolerance
 TABLE_STEPS = 0.25  # the same, live, as a part of the error of the table if that is larger: more steps would not help
 TOO_COARSE = 4.0  # error of a file's table over the tolerance, above which points replace the table; they cost more
@@ -134,7 +137,7 @@ class SimulationPlan:
     pilot: the pilot from which these were computed.
     finer: the same simulation with steps of half the length.
     coarser: two simulations that differ in their points or in their table only, the coarser one first; or none.
-    filtered: the part of `errors` that the filter lets through, or takes from the end of the band.
+    filtered: the part of `errors` by the filter.
     """
 
     simulation: Simulation
@@ -177,54 +180,67 @@ class SimulationPlan:
         return SHARED * _work(self.simulation)
 
 
-def plan_simulation(case: SimulationCase, terms: Terms) -> SimulationPlan:
-    """Return how `case` is simulated with `terms`."""
-    if case.load_varies and not case.contact.of_one_surface:
-        assert terms.skin is None and terms.adhesion is None, "`effects_preparation` refuses them"
-        terms = replace(terms, skin=ELASTIC)  # the load moves the ends: no table serves all loads
+def plan_simulation(case: SimulationCase, terms: Terms, *, of_points: bool = False) -> SimulationPlan:
+    """Return how `case` is simulated with `terms`; of_points: on points even if a table serves it."""
+    ends_move = case.load_varies and not case.contact.of_one_surface  # no table serves all loads
+    of_points = of_points or terms.skin is not None or ends_move or not case.scene.scan.along_x
     busy, patience = (BUSY, PATIENCE) if case.live else (BUSY_FILE, PATIENCE_FILE)
-    counts = _points(case, terms, busy)
+    counts = _points(case, terms, busy) if of_points else [0]
     tried = started(_first_simulation(case, terms, counts[0]), case)
-    of_points, pair = _table_errors(case, tried)
-    coarse = not case.live and max(of_points) > TOO_COARSE * case.tolerance
+    of_contact, pair = _table_errors(case, tried)
+    coarse = not case.live and max(of_contact) > TOO_COARSE * case.tolerance
     if coarse and terms.adhesion is None and case.contact.of_one_line:
-        return plan_simulation(case, replace(terms, skin=ELASTIC))
-    allowed = [max(SETTLED * case.tolerance, TABLE_STEPS * one * case.live) for one in of_points]
+        return plan_simulation(case, terms, of_points=True)
+    allowed = [max(SETTLED * case.tolerance, TABLE_STEPS * one * case.live) for one in of_contact]
     profile = case.contact.geometry.profile
     left = LEFT_BY_POINTS if profile is None or not profile.corners.size else LEFT_BY_CORNERS
+    finer_by = _refinement(case)
     for count in counts[1:]:
         before = tried
-        stepper = skin_stepper(case, terms, count, tried.simulation.reference)[0]
+        stepper = point_stepper(case, terms, count, tried.simulation.reference)[0]
         tried = started(replace(tried.simulation, stepper=stepper), case)
-        of_points = tuple(left * one for one in tried.differs_from(before))
+        of_contact = tuple(left * one for one in tried.differs_from(before))
         pair = before.simulation, tried.simulation
-        enough = not tried.repeats or max(of_points) <= POINTS_SHARE * case.tolerance
-        if enough or 2.0 * tried.work > patience:
+        enough = not tried.repeats or max(of_contact) <= POINTS_SHARE * case.tolerance
+        if enough or finer_by * tried.work > patience:
             break
     while True:
         steps = 2 * tried.simulation.steps
-        finer = started(replace(tried.simulation, steps=steps, filters=_filters_of(case, terms, steps)), case)
+        finer = started(
+            replace(tried.simulation, steps=steps, filters=_filters_of(case, terms, steps, judged=True)), case
+        )
         of_steps = finer.differs_from(tried)
         dear = _work(finer.simulation) > busy or 2.0 * finer.work > patience
         if not tried.repeats or dear or all(map(float.__le__, of_steps, allowed)):
             break
         tried = finer
-    change, peaks = _change_and_peaks(case, tried)
-    filtered = 10.0 ** (-_attenuation_of(case) / 20.0) + tried.simulation.filters.droop
-    parts = zip(of_steps, of_points, _start_errors(case, tried), strict=True)
+    filters = _filters_of(case, terms, tried.simulation.steps)
+    heard = run_pilot(replace(tried.simulation, filters=filters), case)
+    change, peaks = _change_and_peaks(case, heard)
+    filtered = 10.0 ** (-_attenuation_of(case) / 20.0) + filters.droop
+    parts = zip(of_steps, of_contact, _start_errors(case, tried), strict=True)
     errors = tuple(4.0 / 3.0 * steps + sum(others) + filtered for steps, *others in parts)
-    ready = replace(tried.simulation, scene=case.scene, offset=tried.offset)
-    return SimulationPlan(ready, case.orders, change, errors, peaks, tried, finer.simulation, pair, filtered)
+    ready = replace(heard.simulation, scene=case.scene, offset=heard.offset)
+    twice, *halves = (replace(one, filters=_filters_of(case, terms, one.steps)) for one in (finer.simulation, *pair))
+    return SimulationPlan(ready, case.orders, change, errors, peaks, heard, twice, tuple(halves), filtered)
+
+
+def _refinement(case: SimulationCase) -> int:
+    """Return how many times as many points halve their distance."""
+    return 2 if case.contact.of_one_line else 4
 
 
 def _points(case: SimulationCase, terms: Terms, busy: float) -> list[int]:
-    """Return the numbers of points to try, each half of the next. The time for the steps limits the last."""
-    if terms.skin is None:
-        return [0]
-    steps = max(2.0 * case.scene.output.sample_rate, FEWEST_STEPS)
-    counts = [min(max(FEWEST_POINTS, int(busy / steps / terms.skin.point_time)), MOST_POINTS)]
-    while counts[0] > 2 * FEWEST_POINTS or len(counts) == 1:
-        counts.insert(0, (counts[0] + 1) // 2)
+    """Return the numbers of points to try, each at half the distance of the one before. Time limits the last."""
+    from synth.effects.simulation.skin_steps import point_seconds
+
+    steps, finer = max(2.0 * case.scene.output.sample_rate, FEWEST_STEPS), _refinement(case)
+    in_rows, attracts = not case.contact.of_one_line, terms.adhesion is not None
+    seconds = point_seconds(terms.skin or ELASTIC, in_rows=in_rows, attracts=attracts)
+    most = MOST_POINTS if case.contact.of_one_line else MOST_OVER_AREA
+    counts = [min(max(FEWEST_POINTS, int(busy / steps / seconds)), most)]
+    while counts[0] > finer * FEWEST_POINTS or len(counts) == 1:
+        counts.insert(0, (counts[0] + finer - 1) // finer)
     return counts
 
 
@@ -319,12 +335,12 @@ def _change_and_peaks(case: SimulationCase, tried: Pilot) -> tuple[tuple[float, 
 def _first_simulation(case: SimulationCase, terms: Terms, points: int) -> Simulation:
     """Return the simulation of `case` with `terms`, the fewest steps, and `points` points of skin."""
     steps = max(2, math.ceil(FEWEST_STEPS / case.scene.output.sample_rate))
-    stepper, mean = skin_stepper(case, terms, points) if terms.skin is not None else table_stepper(case, terms)
+    stepper, mean = point_stepper(case, terms, points) if points else table_stepper(case, terms)
     return Simulation(
         stepper=stepper,
         scene=case.nominal,
         steps=steps,
-        filters=_filters_of(case, terms, steps),
+        filters=_filters_of(case, terms, steps, judged=True),
         reference=mean,
         offset=0.0,
         held=terms.adhesion is not None,
@@ -338,19 +354,27 @@ def _attenuation_of(case: SimulationCase) -> float:
     return min(max(-20.0 * math.log10(0.1 * case.tolerance), LEAST_ATTENUATION), MOST_ATTENUATION)
 
 
-def _filters_of(case: SimulationCase, terms: Terms, steps: int) -> Decimator:
+def _filters_of(case: SimulationCase, terms: Terms, steps: int, *, judged: bool = False) -> Decimator:
     """Return the decimator from `steps` steps to a frame.
 
     If the mass has an effect within the band, the decimator compensates for the amplitude that its steps lose.
+
+    judged: for a pilot that is only compared with others; its filter is shorter.
     """
     orders = tuple(sorted({0, *case.orders}))
-    rate = case.scene.output.sample_rate
+    rate, width = case.scene.output.sample_rate, 0.0
     kept, removed = MOVING_BAND if case.moving else STEADY_BAND  # parts of the rate
     narrow = case.scene.output.bandwidth_hz / rate
+    end = min(narrow, kept)
     if narrow < kept:
-        widening = WIDENING_AFTER_HAND if case.by_hand else WIDENING
-        kept, removed = narrow, min(widening * narrow, MOVING_BAND[1])
-    heavy = terms.mass * (math.pi * kept * rate) ** 2 > stiffness_round(case.contact, case.pressed)
+        kept, removed = JUDGED_BAND if judged else HAND_BAND if case.by_hand else SCAN_BAND
+        kept, removed = kept * narrow, min(removed * narrow, MOVING_BAND[1])
+        if case.live and not case.by_hand:
+            removed = max(removed, kept + narrowest(_attenuation_of(case)))
+        if not judged and not case.live:
+            half, width = edge_of(narrow / BAND)
+            kept, removed = WHOLE_TO * narrow, 2.0 * half - WHOLE_TO * narrow
+    heavy = terms.mass * (math.pi * end * rate) ** 2 > stiffness_round(case.contact, case.pressed)
     late = 0.0 if terms.skin is None else 1.0 - terms.skin.coefficients(1.0 / (rate * steps))[2]
-    both = kept, removed
-    return Decimator.of(orders, rate, steps, both, _attenuation_of(case), of_mass=heavy, late=late, live=case.live)
+    both, damped = (kept, removed), _attenuation_of(case)
+    return Decimator.of(orders, rate, steps, both, damped, width=width, of_mass=heavy, late=late, live=case.live)

@@ -7,8 +7,9 @@ Model   Each module of `synth/effects`, except the interface, declares one effec
         null or absent: the effect is not simulated.
         An object: the effect is simulated with these settings, which are read as the section that it declares.
         "auto": the effect is simulated where it changes the output by more than the tolerance.
-Limits  Two effects that replace the same part of the model are refused together. An effect can also refuse to be
-        combined with others (`Declaration.clash`).
+Limits  Two effects with settings that replace the same part of the model are refused together. An effect can also
+        refuse to be combined with others (`Declaration.clash`). "auto" is never refused: the plan leaves out what does
+        not fit.
 """
 
 from __future__ import annotations
@@ -174,7 +175,7 @@ def needs_of(effect: Declaration) -> dict[str, list[str]]:
 def misplaced(effects: Mapping[str, Any], finger: str, texture: str, *, of_area: bool) -> Iterator[Refusal]:
     """Yield a refusal for each of `effects`, as written, that does not support this kind of finger or texture."""
     for name, settings in effects.items():
-        if settings is None or name not in effect_names():
+        if settings is None or settings == AUTO or name not in effect_names():
             continue
         effect = declaration(name)
         if of_area and not effect.areas:
@@ -213,14 +214,15 @@ def _choose(name: object, settings: object, chosen: dict[str, Any], refusals: li
 def _clashes(chosen: Mapping[str, Any]) -> Iterator[Refusal]:
     """Yield a refusal for each effect that cannot be combined with the others."""
     taken: dict[str, str] = {}
-    for name in sorted(chosen):
+    given = {name: settings for name, settings in chosen.items() if settings != AUTO}
+    for name in sorted(given):
         effect = declaration(name)
         other = taken.setdefault(effect.replaces, name) if effect.replaces else name
         if other != name:
             allowed = f"one effect that replaces {effect.replaces}"
             hint = f'"{other}" replaces {effect.replaces} too. Leave one of them out.'
-            yield refusal([name], plain(chosen[name]), allowed, hint)
-        elif chosen[name] != AUTO:
-            clash = effect.clash(chosen[name], {key: value for key, value in chosen.items() if key != name})
-            if clash is not None:
-                yield refusal([name], plain(chosen[name]), *clash)
+            yield refusal([name], plain(given[name]), allowed, hint)
+            continue
+        clash = effect.clash(given[name], {key: value for key, value in given.items() if key != name})
+        if clash is not None:
+            yield refusal([name], plain(given[name]), *clash)

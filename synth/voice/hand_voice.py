@@ -21,7 +21,7 @@ from synth.motion.motion import LOAD, Motion, Update
 from synth.motion.path_smoothing import PathFollower
 from synth.motion.update_smoothing import DELAY
 from synth.plan.direct_plan import follows_path
-from synth.plan.effect_choice import require_one_shape
+from synth.plan.effect_choice import require_fixed_ends
 from synth.plan.plan import plan_of
 from synth.plan.preparation import Preparation
 from synth.plan.usual_hand import nominal_scene, prepare_hand, with_full_scale, with_hand_scale
@@ -47,7 +47,7 @@ class HandVoice(LiveVoice):
     def __init__(
         self, scene: Scene, *, cache: ResponseCache | None = None, record: bool = False, exact: bool = False
     ) -> None:
-        require_one_shape(scene)
+        require_fixed_ends(scene)
         super().__init__(scene, cache=cache, exact=exact)
         self.log = HandLog() if record else None
         self._spare: Voice | None = self._voice_for_hand(self.scene)
@@ -81,7 +81,7 @@ class HandVoice(LiveVoice):
     @property
     def over_area(self) -> bool:
         """Whether updates can lead the finger over an area and turn it; otherwise it stays on one line."""
-        return follows_path(nominal_scene(self.scene))
+        return follows_path(nominal_scene(self.scene)) or (self._spare or self._voice).over_points
 
     @property
     def touched(self) -> bool:
@@ -169,7 +169,7 @@ class HandVoice(LiveVoice):
 
     def prepare(self, scene: Scene) -> Change:
         """Return the prepared change to `scene`. Raises SceneError where it changes a value that a stream fixes."""
-        require_one_shape(scene)
+        require_fixed_ends(scene)
         return replace(super().prepare(scene), hand=self._voice_for_hand(scene))
 
     def apply(self, change: Change) -> None:

@@ -23,7 +23,7 @@ from synth.held_memory import held_by
 from synth.motion.fade_envelope import fade_envelope
 from synth.motion.motion import Motion, completed
 from synth.motion.scan_motion import ScanMotion
-from synth.plan.effect_choice import require_one_shape
+from synth.plan.effect_choice import require_fixed_ends
 from synth.plan.plan import Plan, plan_of, warnings_of
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.usual_hand import prepare_hand, with_hand_scale
@@ -131,6 +131,13 @@ class Voice:
         """The preparation that the plan describes."""
         solved = self._for_hand if self._by_hand and self._for_hand is not None else self.solved
         return replace(solved, scene=self.scene)
+
+    @property
+    def over_points(self) -> bool:
+        """Whether a simulation follows a hand over an area, on points."""
+        effects = self.told.effects
+        plan = None if effects is None else effects.simulation
+        return plan is not None and plan.simulation.stepper.line is not None
 
     def __enter__(self) -> Self:
         return self
@@ -291,7 +298,7 @@ def open_voice(scene: SceneLike, *, cache: ResponseCache | None = None, live: bo
     """
     kept, asked = cache or SHARED, scene_from(scene)
     if live:
-        require_one_shape(asked)
+        require_fixed_ends(asked)
     return Voice(prepare(asked, kept, paced=live), live=live, cache=kept)
 
 

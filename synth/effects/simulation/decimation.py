@@ -2,7 +2,8 @@
 
 Model   y is the value at a step. A frame is the sum over the steps near it of (y - y at the frame) times the taps. For
         order 0, y at the frame is added back. Motion at rest therefore gives exactly y, and derivatives of exactly 0.
-        The taps are a Kaiser-windowed sinc, convolved with the central difference of the order.
+        The taps are a windowed sinc, convolved with the central difference of the order. The window is Kaiser's or, for
+        a file, that of `response.band_edge`.
         Values that belong to a time before their step, such as a pressure in the middle of a step, have taps of their
         own: the same filter, shifted by that part of a step.
         The simulated steps of a mass follow a fast force with too small an amplitude; the filter compensates for that.
@@ -36,7 +37,7 @@ class Decimator:
     orders: order k of the derivative in each other row of `taps`.
     margin: frames on each side of a frame.
     steps: steps per frame.
-    droop: error of the gain at the end of the pass band.
+    droop: error of the gain at the end of the pass band; 0 where `band_edge` gives the gain.
     """
 
     taps: Array
@@ -54,6 +55,7 @@ class Decimator:
         band: tuple[float, float],
         attenuation: float,
         *,
+        width: float = 0.0,
         of_mass: bool = False,
         late: float = 0.0,
         live: bool = True,
@@ -64,6 +66,7 @@ class Decimator:
         steps: steps per frame.
         band: end of the pass band and start of the stop band, as parts of the rate.
         attenuation: dB.
+        width: of the edge of `band_edge` in the middle of `band`, as a part of the rate; 0: Kaiser's window.
         of_mass: compensate for the amplitude that the steps of a mass lose.
         late: time between a late value and the end of its step, as a part of the step.
         live: whether the filter reaches over LONGEST frames at most.
@@ -71,15 +74,19 @@ class Decimator:
         passing, stopping = band
         asked = attenuation + SPARE
         longest = LONGEST if live else max(LONGEST, MOST_TAPS // steps)
-        margin = min(longest, math.ceil((asked - 8.0) / (2.285 * 2.0 * math.pi * (stopping - passing)) / 2.0) + 1)
-        beta = 0.1102 * (asked - 8.7)  # Kaiser's fit, for 50 dB and more
+        reach = (asked - 8.0) / (2.285 * 2.0 * math.pi * (stopping - passing)) / 2.0
+        if width:
+            reach = math.sqrt(asked / 20.0 * math.log(10.0)) / (math.pi * width)
+        margin = min(longest, math.ceil(reach) + 1)
         assert steps >= 2, "the differences need at least two steps per frame"
         before = (
             np.arange(margin * steps, -margin * steps - 1, -1) / steps
         )  # time of each step before the frame, in frames
-        window = np.kaiser(len(before), beta)
+        beta = 0.1102 * (asked - 8.7)  # Kaiser's fit, for 50 dB and more
+        window = np.exp(-((math.pi * width * before) ** 2)) if width else np.kaiser(len(before), beta)
         lows = [np.sinc((passing + stopping) * (before + one / steps)) * window for one in (0.0, late)]
         droop = abs(1.0 - float(lows[0] @ np.cos(2.0 * math.pi * passing * before) / np.sum(lows[0])))
+        droop = 0.0 if width else droop
         if of_mass:
             lows = [_made_up(low, math.pi * min(1.2 * stopping / steps, 0.5)) for low in lows]
         low, shifted = (one / np.sum(one) for one in lows)
@@ -104,6 +111,11 @@ class Decimator:
         keep = row == self.late_row or self.orders[row] == 0
         filter_frames(values, self.taps[row], self.steps, keep, out)
         return out
+
+
+def narrowest(attenuation: float) -> float:
+    """Return the narrowest transition of Kaiser's window over LONGEST frames, as a part of the rate."""
+    return (attenuation + SPARE - 8.0) / (2.285 * 2.0 * math.pi * 2.0 * (LONGEST - 1))
 
 
 def _made_up(taps: Array, highest: float) -> Array:

@@ -173,7 +173,8 @@ def steady_of(
     near: the motion of the same contact at other points or in other steps, if known.
     """
     period = Period.of(turns, load, steps)
-    begin = _begun(stepper, period, crossings) if near is None else stepper.taken_over(near.places[0][1])
+    begin = None if near is None else stepper.taken_over(near.places[0][1])
+    begin = _begun(stepper, period, crossings) if begin is None else begin
     steady = _returning(stepper, begin, period, tolerance)
     if steady is None:
         rested = stepper.start(0, load, turns, period.step)

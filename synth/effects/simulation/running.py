@@ -36,7 +36,7 @@ from synth.effects.simulation.steps import (
     Stepper,
 )
 from synth.kernels import signed_kernel
-from synth.motion.motion import LOAD, LOAD_RATE, SPEED, Motion
+from synth.motion.motion import LOAD, LOAD_RATE, NO_PATH, SPEED, Motion
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
 from synth.response.lift_gate import gate
 from synth.response.phases import phase_step, phases_of, turns_to_phase
@@ -111,12 +111,14 @@ class Running:
         self._phase = phase
         scan = simulation.scene.scan
         self._own = ScanMotion(simulation.scene, simulation.rate, whole=simulation.whole)
-        self._constant = scan.stroke is None and scan.trajectory is None
+        self._constant = scan.stroke is None and scan.trajectory is None and scan.along_x
         self._state: Any = None
         self._touching = np.ones(1)
         self._kept: Array = np.empty((len(self._kinds), 0))
         self._frame = self._next = -1
         self._before: tuple[int, float, float, float] | None = None
+        self._line = simulation.stepper.line
+        self._aside = NO_PATH if self._line is None else np.array(self._line)[:, np.newaxis]
 
     @property
     def margin(self) -> int:
@@ -144,13 +146,13 @@ class Running:
         known, at = self._constant and steady is not None, looks_at - 1
         if not known:
             at = max(at - settling * steps, min(at, self._first_step))
-        phases, loads = self._own_motion(at, 1)
+        phases, loads, path = self._own_motion(at, 1)
         if known:
             assert steady is not None
             self._touching[0] = -1.0
             self._state = steady.at(self.simulation.stepper, int(phases[0]), 1.0 / self.simulation.rate)
         else:
-            self._start(int(phases[0]), float(loads[0]), self._turns(at))
+            self._start(int(phases[0]), float(loads[0]), self._turns(at), path)
         self._kept = np.empty((len(self._kinds), 0))
         if at + 1 < looks_at:
             self._stepped_along(at + 1, looks_at - at - 1)
@@ -163,15 +165,15 @@ class Running:
         early = down + 1 - first
         if self.simulation.scene.scan.trajectory is not None and 0 <= early < count:
             self._kept = self._stepped(*self._own_motion(first, early)) if early else self._kept
-            phases, loads = self._own_motion(down, 1)
-            self._start(int(phases[0]), float(loads[0]), self._turns(down))
+            phases, loads, path = self._own_motion(down, 1)
+            self._start(int(phases[0]), float(loads[0]), self._turns(down), path)
             first, count = first + early, count - early
         return self._stepped(*self._own_motion(first, count))
 
     @property
     def _first_step(self) -> int:
         """Step at which a scan begins: a stroke where it turns, a recording where the finger comes down."""
-        if self._constant:
+        if self.simulation.scene.scan.stroke is None and self.simulation.scene.scan.trajectory is None:
             return -(1 << 62)
         comes_down = self.simulation.scene.scan.trajectory is not None
         return math.floor(-LIFT_TIME * self.simulation.rate) if comes_down else 0
@@ -179,23 +181,33 @@ class Running:
     def _turns(self, at: int) -> float:
         if self.simulation.scene.scan.stroke is not None:
             at = max(at, 0)
-        speed = self._own.at(at, 1).samples[SPEED, 0]
+        motion = self._own.at(at, 2)
+        speed = motion.samples[SPEED, 0] if not motion.path.size else np.diff(motion.position)[0] * self._own.rate
         return float(speed) / self.simulation.scene.texture.period
 
-    def _own_motion(self, first: int, count: int) -> tuple[Phases, Array]:
-        """Return phases and loads of `count` steps from step `first` on; step n is at t = n / rate."""
+    def _own_motion(self, first: int, count: int) -> tuple[Phases, Array, Array]:
+        """Return phases, loads and path of `count` steps from step `first` on; step n is at t = n / rate."""
         scene = self.simulation.scene
         if not self._constant:
             early = min(max(-first, 0), count) if scene.scan.stroke is not None else 0  # at rest until t = 0
             motion = self._own.at(first + early, max(count - early, 1))
             phases = turns_to_phase(motion.position / scene.texture.period)
-            both = (np.pad(one, (early, 0), "edge")[:count] for one in (phases, motion.samples[LOAD]))
-            return next(both), next(both)
+            path = self._path_of(motion)
+            at = np.maximum(np.arange(count) - early, 0)
+            return phases[at], motion.samples[LOAD, at], path[:, at] if path.size else path
         step = phase_step(scene.scan.speed, scene.texture.period, self.simulation.rate)
         phase = np.uint64((self._phase + step * first) % 2**64)
         with np.errstate(over="ignore"):
             phases = phase + np.uint64(step) * np.arange(count, dtype=np.uint64)
-        return phases, np.full(count, scene.scan.load)
+        return phases, np.full(count, scene.scan.load), np.repeat(self._aside, count, axis=1)
+
+    def _path_of(self, motion: Motion) -> Array:
+        """Return the path of `motion` [2, frames], or NO_PATH where every finger stays on its line."""
+        if self._line is None:
+            return NO_PATH
+        return (
+            motion.path if motion.path.size else np.repeat(np.array(self._line)[:, np.newaxis], motion.frames, axis=1)
+        )
 
     # -- after a hand
 
@@ -204,11 +216,12 @@ class Running:
 
         phases: of the texture at the frames of `motion`.
         """
-        samples = np.ascontiguousarray(motion.samples)  # positions become a view of speeds
+        samples, path = np.ascontiguousarray(motion.samples), self._path_of(motion)  # positions become a view of speeds
         if self._before is None:
             turns = samples.item(SPEED, 0) / self.simulation.scene.texture.period
-            self._start(int(phases[0]), samples.item(LOAD, 0), turns)
-            first = self._stepped(phases[:1], samples[LOAD, :1])
+            self._aside = path[:, :1]
+            self._start(int(phases[0]), samples.item(LOAD, 0), turns, self._aside)
+            first = self._stepped(phases[:1], samples[LOAD, :1], self._aside)
             self._kept = np.repeat(first, (2 * self.margin - 1) * self.simulation.steps + 1, axis=1)
             self._before = _last_of(phases[:1], samples)
         finer = np.empty(len(phases) * self.simulation.steps, np.uint64), np.empty(len(phases) * self.simulation.steps)
@@ -219,18 +232,21 @@ class Running:
             1.0 / self.simulation.scene.output.sample_rate, *finer,
         )  # fmt: skip
         self._before = _last_of(phases, samples)
-        return self._filtered(self._stepped(*finer), len(phases))
+        finer_path = _between(self._aside, path, self.simulation.steps)
+        self._aside = path[:, -1:].copy()
+        return self._filtered(self._stepped(*finer, finer_path), len(phases))
 
     # -- both
 
-    def _start(self, phase: int, load: float, turns: float) -> None:
-        self._state = self.simulation.stepper.start(phase, load, turns, 1.0 / self.simulation.rate)
+    def _start(self, phase: int, load: float, turns: float, path: Array) -> None:
+        where = (path,) if self._line is not None else ()
+        self._state = self.simulation.stepper.start(phase, load, turns, 1.0 / self.simulation.rate, *where)
         self._touching[0] = -1.0
 
-    def _stepped(self, phases: Phases, loads: Array) -> Array:
+    def _stepped(self, phases: Phases, loads: Array, path: Array) -> Array:
         """Run the steps. Return float64 [kinds, steps]: old steps that the filter needs, then the new ones, gated."""
         rows = np.empty((ROWS, len(phases)))
-        self.simulation.stepper.run(self._state, phases, loads, rows)
+        self.simulation.stepper.run(self._state, phases, loads, rows, *((path,) if self._line is not None else ()))
         gates = self._gates(rows[ATTACHED], loads)
         new = np.stack([self.simulation.signal(kind, rows, np.maximum(loads, 0.0)) * gates for kind in self._kinds])
         return np.concatenate([self._kept, new], axis=1)
@@ -258,6 +274,15 @@ def _last_of(phases: Phases, samples: Array) -> tuple[int, float, float, float]:
     """Return phase, speed, load and load rate of the last frame."""
     last = len(phases) - 1
     return int(phases[last]), samples.item(SPEED, last), samples.item(LOAD, last), samples.item(LOAD_RATE, last)
+
+
+def _between(before: Array, path: Array, steps: int) -> Array:
+    """Return a path at `steps` equal times per frame, in straight lines; before: at the frame before the first."""
+    known = np.concatenate([before, path], axis=1)
+    parts = np.arange(1, steps + 1) / steps
+    moved = known[:, :-1, np.newaxis] + np.diff(known, axis=1)[:, :, np.newaxis] * parts
+    moved[:, :, -1:] = path[:, :, np.newaxis]
+    return np.ascontiguousarray(moved.reshape(2, -1))
 
 
 def phases_after(motion: Motion, phase: int, rate: int, period: float) -> tuple[Phases, int]:

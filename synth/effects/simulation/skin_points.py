@@ -1,22 +1,27 @@
-"""The points of a finger at which viscous skin is simulated, and the heights of the surfaces there at any phase.
+"""The points of a finger that are simulated one by one, and the heights of the surfaces there at any place.
 
-Model   h of eq. 2 at equally spaced points of the contact length, minus the dome (x - L/2)^2 / (2 R), with straight
-        lines between the points. Two cosines turn with the phase: finger + cos(angle) texture + sin(angle) quarter.
-        Any other texture is a table of one period that moves past the points, read with linear interpolation. The table
-        is the projection of the profile onto straight lines between points (`polyline`), for every offset of the
-        points: its n-th harmonic is multiplied by sinc^2(n d) 3 / (2 + cos(2 pi n d)), with d the distance of points in
-        periods. Areas over a few pieces are thus preserved at every offset, and a corner that passes the points makes
-        no ripple.
+Model   A comb or a probe has one row of equally spaced points over its length: h of eq. 2, minus the dome (x - L/2)^2 /
+        (2 R). A finger over an area has rows of points at equal distances along and across its own surface: those that
+        can touch. Straight lines join the points of a row. With h - (step^2 / 12) h'' at the points, they enclose the
+        areas of its curve. A piece between two points has a weight: its share of the nominal area, and 0 between rows.
+        Two cosines turn with the phase: finger + cos(angle) texture + sin(angle) quarter. Any other texture is a
+        lattice of one period, in which every point is read at its own place, turned by the direction of the finger and
+        moved along and across, with linear interpolation. The lattice is the projection of the texture onto straight
+        lines between points (`polyline`), for every offset of the points: its n-th harmonic is multiplied by sinc^2(n
+        d) 3 / (2 + cos(2 pi n d)), with d the distance of points in periods. Areas over a few pieces are thus preserved
+        at every offset, and a corner that passes the points makes no ripple. Across, it is the mean over a row, sinc(n
+        d).
         Where the contact grows with the load, the points lie over its length at the heaviest load (`Span`).
 Source  Fagiani & Barbieri (2016), eqs 1-2; de Boor (2001) for the projection.
-Limits  The table has at least FINER knots per distance of points. The error of its interpolation is 1/200 of the error
-        of the points. A contact shorter than the distance of points is simulated badly.
+Limits  A lattice along a line has at least FINER knots per distance of points. The error of its interpolation is 1/200
+        of the error of the points. A contact shorter than the distance of points is simulated badly.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -24,11 +29,49 @@ from synth.arrays import Array
 from synth.contact.exact_solver import angles_of_centres
 from synth.contact.geometry import Geometry
 from synth.contact.growing_contact import GrowingContact
+from synth.contact.line import MIDDLE
 from synth.contact.load_balance import Contact
 from synth.kernels import inner
+from synth.surfaces.height_field import HeightField
 
 FINER = 8  # knots per distance of points; with fewer the interpolation shows in the acceleration
 FEWEST_KNOTS = 4096  # per period
+FINER_OVER_AREA, MOST_KNOTS = 4, 1 << 21  # per distance of points, and of an area (16 MB)
+GOLDEN = 0.618033988749895  # shift of each row of an area against the one before, distances of points
+SEEN = 64  # places along and across at which the part of a finger that can touch is found
+ORIGIN, PERIOD, WIDTH, ASIDE, DIRECTION = range(5)
+"""Numbers of a place: x of the middle of the finger, and periods along and across (m); how far the texture has moved
+across (m), and the direction of the finger (rad), where it stays on its line."""
+
+
+class AreaFinger(Protocol):
+    """What this module reads of the contact of a finger over an area."""
+
+    @property
+    def geometry(self) -> Geometry:
+        """Both surfaces."""
+
+    @property
+    def own_size(self) -> tuple[float, float]:
+        """Length and width (m) of the region in which the finger may touch."""
+
+    @property
+    def own_area(self) -> float:
+        """Area (m^2) to which the stiffness belongs."""
+
+    @property
+    def own_middle(self) -> float:
+        """x of the middle of the finger, m."""
+
+    @property
+    def hard_edges(self) -> bool:
+        """Whether the finger ends at the edges of that region."""
+
+    def own_heights(self, x: Array, y: Array) -> Array:
+        """Return the heights (m) at every pair of `x` and `y` (m) from its middle, along and across the finger.
+
+        A step beyond the region is asked for too.
+        """
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,16 +79,19 @@ class SkinPoints:
     """Points fixed to the finger. Heights are relative to `height_scale`.
 
     rows: float64 [3, points]. Two cosines: finger, texture at phase 0, texture a quarter period on. Any other texture:
-        finger, place in the table (knots, 0 to N), unused.
-    table: float64 [2 N + 2], two periods long; empty for two cosines.
+        finger, and x and y from its middle (m).
+    lattice: float64 [rows + 1, knots + 1], one period with its first row and column again; one row along a line; empty
+        for two cosines.
+    place: float64 [5], see ORIGIN.
+    weights: float64 [points - 1], of the pieces: share of the nominal area, times the number of pieces.
     height_scale: a1 + a2 (m).
-    texture_period: m.
     """
 
     rows: Array
-    table: Array
+    lattice: Array
+    place: Array
+    weights: Array
     height_scale: float
-    texture_period: float
 
     @classmethod
     def of_contact(cls, contact: Contact, load: float, points: int) -> SkinPoints:
@@ -57,17 +103,68 @@ class SkinPoints:
         b1, b2 = geometry.ridge_amplitude / scale, geometry.texture_amplitude / scale
         off_middle = geometry.contact_length * (np.arange(points) / pieces - 0.5)
         finger = -b1 * np.cos(angle1) - 0.5 * contact.dome * off_middle**2 / scale
+        place = np.array([0.5 * geometry.contact_length, geometry.texture_period, 1.0, 0.0, 0.0])
+        weights = np.ones(pieces)
         if geometry.profile is not None:
-            places, table = _moving_table(geometry, points)
-            return cls(np.stack([finger, places, np.zeros(points)]), table, scale, geometry.texture_period)
+            lattice = _along_line(geometry, geometry.contact_length / pieces)
+            return cls(np.stack([finger, off_middle, np.zeros(points)]), lattice, place, weights, scale)
         angle2 = angles_of_points(geometry.texture_periods, pieces) + geometry.texture_phase
         rows = np.stack([finger, b2 * np.cos(angle2), b2 * np.sin(angle2)])
-        return cls(rows, np.empty(0), scale, geometry.texture_period)
+        return cls(rows, np.empty((0, 0)), place, weights, scale)
+
+    @classmethod
+    def over_area(cls, contact: AreaFinger, lowest: float, points: int) -> SkinPoints:
+        """Return some `points` points of a finger over an area, where it can touch.
+
+        lowest: height (m) of the finger above which it can touch.
+        """
+        geometry, (length, width) = contact.geometry, contact.own_size
+        scale, texture = geometry.height_scale, geometry.profile
+        seen = np.asarray((np.arange(SEEN) + 0.5) / SEEN - 0.5, np.float64)
+        able = max(float(np.mean(contact.own_heights(seen * length, seen * width) >= lowest)), 1.0 / SEEN**2)
+        apart = math.sqrt(able * length * width / points)
+        count, pieces = max(2, math.ceil(width / apart)), max(2, math.ceil(length / apart))
+        step, across = length / pieces, width / count
+        found = []
+        for row in range(count):
+            moved = 0.0 if contact.hard_edges else GOLDEN * row % 1.0 - 0.5
+            x = np.asarray(step * (np.arange(-1, pieces + 2) + moved) - 0.5 * length, np.float64)
+            y = across * (row + 0.5) - 0.5 * width
+            known = contact.own_heights(x, np.array([y]))[:, 0]
+            x, heights = x[1:-1], known[1:-1] - np.diff(known, 2) / 12.0  # of the same areas under straight lines
+            near = np.convolve(heights >= lowest, np.ones(3), "same") > 0.0  # a line to the next point may be higher
+            joined = near & np.append(near[1:], False)
+            found.append(np.stack([heights / scale, x, np.full(len(x), y), joined])[:, near])
+        *rows, joined = np.concatenate(found, axis=1)
+        weights = (step * across / contact.own_area * (len(joined) - 1)) * joined[:-1]
+        line = getattr(contact, "line", MIDDLE)
+        if isinstance(texture, HeightField):
+            lattice = _over_area(texture, step, across, scale)
+            place = np.array([contact.own_middle, texture.period, texture.across, -line.y, line.direction])
+        else:
+            lattice = _along_line(geometry, step)
+            place = np.array([contact.own_middle, geometry.texture_period, 1.0, 0.0, 0.0])
+        return cls(np.stack(rows), lattice, place, np.ascontiguousarray(weights), scale)
 
     @property
     def count(self) -> int:
         """Number of points."""
         return int(self.rows.shape[1])
+
+    @property
+    def texture_period(self) -> float:
+        """Period along the scan, m."""
+        return float(self.place[PERIOD])
+
+    @property
+    def of_area(self) -> bool:
+        """Whether the texture varies across, so that places have a path."""
+        return len(self.lattice) > 2
+
+    @property
+    def in_rows(self) -> bool:
+        """Whether there are several rows of points."""
+        return bool(np.any(self.weights == 0.0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,51 +197,89 @@ class Span:
 WHOLE = Span()
 
 
-def _moving_table(geometry: Geometry, points: int) -> tuple[Array, Array]:
-    """Return the places of `points` points in the table, and the table, for a texture that is a profile."""
-    profile = geometry.profile
-    assert profile is not None, "two cosines need no table"
-    apart = geometry.contact_length / (points - 1) / profile.period
+def _along_line(geometry: Geometry, apart: float) -> Array:
+    """Return the lattice of a texture along a line; apart: distance of points, m."""
+    apart /= geometry.texture_period
     knots = max(FEWEST_KNOTS, math.ceil(FINER / apart))
-    lines = np.fft.rfft(geometry.texture(np.arange(knots) / knots * profile.period) / geometry.height_scale)
-    passed = np.arange(len(lines)) * apart
+    heights = geometry.texture(np.arange(knots) / knots * geometry.texture_period) / geometry.height_scale
+    return _closed(_projected(heights[np.newaxis], apart))
+
+
+def _over_area(texture: HeightField, step: float, across: float, scale: float) -> Array:
+    """Return the lattice of a texture over an area; step, across: distances of points along and across, m."""
+    knots = [FINER_OVER_AREA * texture.period / step, FINER_OVER_AREA * texture.across / across]
+    fewer = math.sqrt(max(1.0, knots[0] * knots[1] / MOST_KNOTS))
+    columns, rows = (max(8, math.ceil(one / fewer)) for one in knots)
+    places = np.arange(columns) / columns * texture.period, np.arange(rows) / rows * texture.across
+    heights = np.asarray(texture.lattice(*places), np.float64) / scale
+    lines = np.fft.rfft(_projected(heights, step / texture.period), axis=0)
+    lines *= np.sinc(np.arange(len(lines)) * (across / texture.across))[:, np.newaxis]
+    return _closed(np.fft.irfft(lines, rows, axis=0))
+
+
+def _projected(heights: Array, apart: float) -> Array:
+    """Return the projection of each row of `heights`; apart: distance of points, in periods. See Model."""
+    lines = np.fft.rfft(heights)
+    passed = np.arange(lines.shape[1]) * apart
     lines *= 3.0 * np.sinc(passed) ** 2 / (2.0 + np.cos(2.0 * math.pi * passed))
-    table = np.fft.irfft(lines, knots)
-    places = np.asarray(np.arange(points) * apart % 1.0 * knots, np.float64)
-    return places, np.concatenate([table, table, table[:2]])
+    return np.asarray(np.fft.irfft(lines, heights.shape[1]))
+
+
+def _closed(heights: Array) -> Array:
+    """Return `heights` with their first row and column again at the end."""
+    return np.ascontiguousarray(np.pad(heights, ((0, 1), (0, 1)), "wrap"))
 
 
 @inner
-def write_heights(rows, table, turns, heights):
+def write_heights(rows, lattice, place, turns, aside, direction, heights):
     """Write h at every point.
 
     turns: phase, -1/2 to 1/2.
+    aside: how far the texture has moved across, m.
+    direction: of the finger, rad.
     """
-    if len(table) == 0:
+    if lattice.shape[0] == 0:
         cosine, sine = math.cos(2.0 * math.pi * turns), math.sin(2.0 * math.pi * turns)
         for j in range(len(heights)):
             heights[j] = rows[0, j] + (cosine * rows[1, j] + sine * rows[2, j])
         return
-    shift = (math.ceil(turns) - turns) * (len(table) // 2 - 1)
+    count, knots = lattice.shape[0] - 1, lattice.shape[1] - 1
+    c, s = math.cos(direction) / place[PERIOD], math.sin(direction) / place[PERIOD]
+    begin = place[ORIGIN] / place[PERIOD] - turns
+    if count == 1:
+        line = lattice[0]
+        for j in range(len(heights)):
+            along = begin + (c * rows[1, j] - s * rows[2, j])
+            along = (along - math.floor(along)) * knots
+            k = min(int(along), knots - 1)
+            heights[j] = rows[0, j] + (line[k] + (along - k) * (line[k + 1] - line[k]))
+        return
+    ratio = place[PERIOD] / place[WIDTH]
+    side, sine, cosine = -aside / place[WIDTH], s * ratio, c * ratio
     for j in range(len(heights)):
-        place = rows[1, j] + shift
-        k = int(place)
-        heights[j] = rows[0, j] + (table[k] + (place - k) * (table[k + 1] - table[k]))
+        along = begin + (c * rows[1, j] - s * rows[2, j])
+        across = side + (sine * rows[1, j] + cosine * rows[2, j])
+        along, across = (along - math.floor(along)) * knots, (across - math.floor(across)) * count
+        k, i = min(int(along), knots - 1), min(int(across), count - 1)
+        near = lattice[i, k] + (along - k) * (lattice[i, k + 1] - lattice[i, k])
+        far = lattice[i + 1, k] + (along - k) * (lattice[i + 1, k + 1] - lattice[i + 1, k])
+        heights[j] = rows[0, j] + (near + (across - i) * (far - near))
 
 
 @inner
-def write_rates(rows, table, turns, rates):
-    """Write the derivative of h over the phase as an angle (1/rad) at every point."""
-    if len(table) == 0:
+def write_rates(rows, lattice, place, turns, rates):
+    """Write the derivative of h over the phase as an angle (1/rad) at every point, of a texture along a line."""
+    if lattice.shape[0] == 0:
         cosine, sine = math.cos(2.0 * math.pi * turns), math.sin(2.0 * math.pi * turns)
         for j in range(len(rates)):
             rates[j] = cosine * rows[2, j] - sine * rows[1, j]
         return
-    knots = len(table) // 2 - 1
-    shift, steep = (math.ceil(turns) - turns) * knots, knots / (2.0 * math.pi)
+    line, knots = lattice[0], lattice.shape[1] - 1
+    begin, steep = place[ORIGIN] / place[PERIOD] - turns, knots / (2.0 * math.pi)
     for j in range(len(rates)):
-        k = int(rows[1, j] + shift)
-        rates[j] = (table[k] - table[k + 1]) * steep
+        along = begin + rows[1, j] / place[PERIOD]
+        k = min(int((along - math.floor(along)) * knots), knots - 1)
+        rates[j] = (line[k] - line[k + 1]) * steep
 
 
 def angles_of_points(periods: float, pieces: int) -> Array:

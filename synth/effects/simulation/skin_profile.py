@@ -3,7 +3,8 @@
 Stage   part of `skin_steps`
 Model   Straight lines join the points of each state of the skin (`held`, `free`). Each piece is cut where the two lines
         cross. g = h - max(of the two lines) is straight between points and cuts, so its area above z is exact.
-        The contact spans a part of the points, about their middle. The pieces that its ends cut count in part.
+        A piece counts with its weight, which is 1 along a line. Along a line the contact may span a part of the points,
+        about their middle. The pieces that its ends cut count in part.
 Source  Fagiani & Barbieri (2016), eq. 1.
 Limits  Exact for the polygon. The error of the polygon itself depends on the distance of points, see `skin_steps`.
 """
@@ -59,17 +60,19 @@ def modified_profile(nodes, pieces):
 
 
 @summing
-def sum_of(points):
-    """Return the integral of straight lines through `points`, in pieces."""
-    points1, total = points[1:], 0.0
+def sum_of(points, weights):
+    """Return the integral of straight lines through `points`, and that of 1, in pieces with `weights`."""
+    points1, total, whole = points[1:], 0.0, 0.0
     for j in range(points1.shape[0]):
-        total += points[j] + points1[j]
-    return 0.5 * total
+        total += weights[j] * (points[j] + points1[j])
+        whole += weights[j]
+    return 0.5 * total, whole
 
 
 @summing
-def area_of(nodes, pieces, z, begin, end):
+def area_of(nodes, pieces, weights, z, begin, end):
     """Return the integrals of max(g - z, 0) and of 1 where g is above z, from one piece to another, in pieces."""
+    weights = weights[begin:end]
     points, points1 = nodes[POINTS, begin:end], nodes[POINTS, begin + 1 : end + 1]
     cuts, places = pieces[CUTS, begin:end], pieces[PLACES, begin:end]
     first, second = pieces[FIRST, begin:end], pieces[SECOND, begin:end]
@@ -79,20 +82,20 @@ def area_of(nodes, pieces, z, begin, end):
         left, right = max(points[j] - z, 0.0) + middle, middle + max(points1[j] - z, 0.0)
         left_part = min(1.0, left * first[j]) * places[j]
         right_part = min(1.0, right * second[j]) * (1.0 - places[j])
-        area += left_part * left + right_part * right
-        length += left_part + right_part
+        area += weights[j] * (left_part * left + right_part * right)
+        length += weights[j] * (left_part + right_part)
     return 0.5 * area, length
 
 
 @summing
-def slope_integral(rates, nodes, pieces, z, begin, end):
+def slope_integral(rates, nodes, pieces, weights, z, begin, end):
     """Return the integral of max(g - z, 0) times `rates`, from one piece to another, in pieces.
 
     rates: minus the slope of the texture over its angle (1/rad) at the points. It is interpolated linearly between
         them, so that work at the points equals the work done.
     """
     points, points1 = nodes[POINTS, begin:end], nodes[POINTS, begin + 1 : end + 1]
-    rates, rates1 = rates[begin:end], rates[begin + 1 : end + 1]
+    rates, rates1, weights = rates[begin:end], rates[begin + 1 : end + 1], weights[begin:end]
     cuts, places = pieces[CUTS, begin:end], pieces[PLACES, begin:end]
     first, second = pieces[FIRST, begin:end], pieces[SECOND, begin:end]
     total = 0.0
@@ -102,10 +105,10 @@ def slope_integral(rates, nodes, pieces, z, begin, end):
         turn = slope + places[j] * (slope1 - slope)
         part = min(1.0, (left + middle) * first[j])
         area = left * ((3.0 - part) * slope + part * turn) + middle * ((3.0 - part) * turn + part * slope)
-        total += places[j] * part * area
+        total += weights[j] * places[j] * part * area
         part = min(1.0, (middle + right) * second[j])
         area = middle * ((3.0 - part) * turn + part * slope1) + right * ((3.0 - part) * slope1 + part * turn)
-        total += (1.0 - places[j]) * part * area
+        total += weights[j] * (1.0 - places[j]) * part * area
     return total / 6.0
 
 
@@ -136,10 +139,10 @@ def ends_above(rates, points, z, window):
 
 
 @inner
-def modified_area(nodes, pieces, z, window):
-    """Return the mean over L of max(g - z, 0), and the part of L where g is above z."""
+def modified_area(nodes, pieces, weights, z, window):
+    """Return the mean over L of max(g - z, 0), and the part of L where g is above z; over an area A0 replaces L."""
     begin, end, first, last = window
-    area, length = area_of(nodes, pieces, z, first, last)
+    area, length = area_of(nodes, pieces, weights, z, first, last)
     if begin > 0.0:
         one = ends_above(nodes[SURFACE], nodes[POINTS], z, window)
         area, length = area + one[0], length + one[1]

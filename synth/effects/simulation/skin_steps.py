@@ -1,4 +1,4 @@
-"""A finger of viscous skin, simulated step by step: a foundation of elements with memory, with or without a mass.
+"""A finger of points, step by step: a foundation of elements with memory or attraction, with or without a mass.
 
 Model   sum of p dx = w, or m z'' + c z' + k_p (z - z_w) = sum of p dx - w with a mass (`pulp`), where p = kappa A max(h
         - z - efree, 0) and kappa = k / L (`terms`).
@@ -10,6 +10,9 @@ Model   sum of p dx = w, or m z'' + c z' + k_p (z - z_w) = sum of p dx - w with 
         A step h that moves z by s balances (2 m / h^2 + c / h) s - 2 m v0 / h + k_p (z0 + s / 2 - z_w) + w = sum of p
         dx, with v1 = 2 s / h - v0. Relative to a1 + a2 this is base + alpha (z - z0) = mean over L of max(g - z, 0).
         The right side is convex and falls with z. Newton's method starts from an extrapolated z.
+        Elastic skin may attract: as in `table_steps`, R = k1 I(z) - k2 I(z - d0), with I the mean over L of max(h - z,
+        0). R is not monotone. z is then the nearest root in the direction of the forces, from the place that the
+        velocity leads to; a finger that nothing holds has let go.
         The pressure of a step belongs to one time in it (`when` of `Skin.coefficients`). The load and the slope of the
         texture are taken at this time. With one time constant it is the middle of the step, if h is well below tau. For
         relaxing skin, or without memory, it is the end; with a mass the means of both ends are then balanced.
@@ -34,7 +37,16 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.effects.simulation.pulp import NO_PULP, Pulp
-from synth.effects.simulation.skin_points import WHOLE, SkinPoints, Span, write_heights, write_rates
+from synth.effects.simulation.skin_attraction import forces_of, held_height
+from synth.effects.simulation.skin_points import (
+    ASIDE,
+    DIRECTION,
+    WHOLE,
+    SkinPoints,
+    Span,
+    write_heights,
+    write_rates,
+)
 from synth.effects.simulation.skin_profile import (
     FREE_FREE,
     HELD_FREE,
@@ -52,6 +64,7 @@ from synth.effects.simulation.steps import (
     ATTACHED,
     EARLIER,
     HEIGHT,
+    HELD,
     LOAD,
     PRESSING,
     REACTION,
@@ -67,6 +80,7 @@ from synth.effects.simulation.steps import (
 )
 from synth.effects.simulation.terms import DECAY, ELASTIC, FOLLOW, HARDNESS, KEEP, LOSE, Skin
 from synth.kernels import inner, signed_kernel
+from synth.motion.motion import NO_PATH
 from synth.response.phases import TURN
 
 AT_REST = 16 * 2.0**-52  # of 1 + |z|: smaller moves are rounding and count as none, so a finger at rest stays there
@@ -76,7 +90,8 @@ BELOW = 1e-9  # of 1 + |z|: taken off the lower bound of z, so that rounding can
 TURNS = 1.0 / TURN  # turns per unit of a phase that is read as a signed number
 TINY = 1e-200  # of a1 + a2: rounds memories to multiples of 1e-216, so that none becomes a slow denormal number
 
-HELD, FREE = 0, 1  # the two states of a point
+AREA_POINT, ROOTS = 4e-9, 12.0  # s per step, added for a point of several rows; time under attraction over that without
+KEPT, FREE = 0, 1  # the two states of a point
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +106,8 @@ class SkinStepper(Stepper):
     with_force: whether SLOPE_FORCE is computed, which takes a quarter of the time of a step; else it is 0.
     pulp: spring between the contact and the bone.
     span: part of the points that is in contact.
+    pull: attraction of elastic skin if everything touches (N), over the length of the points.
+    reach: gap at which it vanishes, m.
     """
 
     points: SkinPoints
@@ -101,7 +118,8 @@ class SkinStepper(Stepper):
     with_force: bool = False
     pulp: Pulp = NO_PULP
     span: Span = WHOLE
-    pull = 0.0
+    pull: float = 0.0
+    reach: float = 1.0
 
     @property
     def scale(self) -> float:
@@ -116,7 +134,7 @@ class SkinStepper(Stepper):
     @property
     def step_time(self) -> float:
         """See `Stepper`."""
-        return self.points.count * self.law.point_time
+        return self.points.count * point_seconds(self.law, in_rows=self.points.in_rows, attracts=self.pull > 0.0)
 
     @property
     def at_rest(self) -> SkinStepper:
@@ -126,7 +144,18 @@ class SkinStepper(Stepper):
     @property
     def elastic(self) -> SkinStepper:
         """See `Stepper`."""
-        return replace(self.at_rest, pulp=NO_PULP)
+        return replace(self.at_rest, pulp=NO_PULP, pull=0.0)
+
+    @property
+    def where(self) -> str:
+        """See `Stepper`."""
+        return f"at {self.points.count} points of the finger"
+
+    @property
+    def line(self) -> tuple[float, float] | None:
+        """See `Stepper`."""
+        aside, direction = self.points.place[[ASIDE, DIRECTION]].tolist()
+        return (aside, direction) if self.points.of_area else None
 
     @property
     def memory(self) -> float:
@@ -137,26 +166,36 @@ class SkinStepper(Stepper):
         """See `Stepper`."""
         return replace(self, law=replace(self.law, times=tuple(min(time, longest) for time in self.law.times)))
 
-    def taken_over(self, state: State) -> State:
-        """See `Stepper`. The points span the same length."""
+    def taken_over(self, state: State) -> State | None:
+        """See `Stepper`. The points of one row span the same length."""
+        if self.points.in_rows:
+            return state if state.elements.shape == self.shape else None
         places, known = (np.linspace(0.0, 1.0, count) for count in (self.points.count, state.elements.shape[-1]))
         elements = np.apply_along_axis(lambda row: np.interp(places, known, row), -1, state.elements)
         return replace(state, elements=elements)
 
-    def run(self, state: State, phases: Phases, loads: Array, out: Array) -> None:
+    def run(self, state: State, phases: Phases, loads: Array, out: Array, path: Array = NO_PATH) -> None:
         """Step to each of `phases` and `loads` (N); see `Stepper`."""
         assert out.shape == (ROWS, len(phases)) and len(loads) == len(phases), f"{out.shape} for {len(phases)} phases"
         step, law = float(state.numbers[STEP]), self.stiffness
         head, terms, when = self.law.coefficients(step)
         contact = np.array([
             self.points.height_scale, self.points.texture_period, self.mass, self.damping,
-            law.coefficient, law.power, law.lightest, self.pulp.stiffness,
+            law.coefficient, law.power, law.lightest, self.pulp.stiffness, self.pull, self.reach,
         ])  # fmt: skip
-        rests = self.pulp.rests(float(state.numbers[LOAD]), loads, law.lightest)
+        lowest = -math.inf if self.pull > 0.0 else law.lightest
+        rests = self.pulp.rests(float(state.numbers[LOAD]), loads, lowest)
+        points = self.points
         run_steps(
-            self.points.rows, self.points.table, contact, self.span.numbers, step, when, head, terms,
-            self.with_force, state.phase, state.numbers, state.elements, phases, loads, rests, out,
+            points.rows, points.lattice, points.place, points.weights, contact, self.span.numbers, step, when, head,
+            terms, self.with_force, state.phase, state.numbers, state.elements, phases, loads,
+            np.ascontiguousarray(path), rests, out,
         )  # fmt: skip
+
+
+def point_seconds(law: Skin, *, in_rows: bool, attracts: bool) -> float:
+    """Return the predicted computing time (s) of a step per point."""
+    return (law.point_time + AREA_POINT * in_rows) * (ROOTS if attracts else 1.0)
 
 
 @inner
@@ -183,7 +222,7 @@ def remember(elements, terms, nodes, z):
     """
     surface, points = nodes[SURFACE], nodes[POINTS]
     held_free, free_free = nodes[HELD_FREE], nodes[FREE_FREE]
-    held, free = elements[HELD], elements[FREE]
+    held, free = elements[KEPT], elements[FREE]
     held_depths, free_depths = held[0], free[0]
     for i in range(terms.shape[1]):
         decay, follow = terms[DECAY, i], terms[FOLLOW, i]
@@ -207,7 +246,7 @@ def remember(elements, terms, nodes, z):
 
 
 @inner
-def settled_height(nodes, pieces, window, base, alpha, z0, z, lowest):
+def settled_height(nodes, pieces, weights, window, base, alpha, z0, z, lowest):
     """Return the z that balances.
 
     z: start of the iteration.
@@ -215,7 +254,7 @@ def settled_height(nodes, pieces, window, base, alpha, z0, z, lowest):
     """
     z = max(z, lowest)
     for _pass in range(MOST_PASSES):
-        area, part = modified_area(nodes, pieces, z, window)
+        area, part = modified_area(nodes, pieces, weights, z, window)
         if part + alpha <= 0.0:  # above every crest: from the lower bound the iteration cannot miss
             z = lowest
             continue
@@ -229,80 +268,110 @@ def settled_height(nodes, pieces, window, base, alpha, z0, z, lowest):
 
 
 @inner
-def slope_when_pressed(rows, table, before, after, when, rates, nodes, pieces, window, z):
+def slope_when_pressed(rows, lattice, place, before, after, when, rates, nodes, pieces, weights, window, z):
     """Return the mean over L of max(g - z, 0) times `rates`, of the texture at the part `when` between two phases.
 
     rates: buffer, overwritten.
     """
     turned = np.float64(np.int64(after)) - (1.0 - when) * np.float64(np.int64(after - before))
-    write_rates(rows, table, TURNS * turned, rates)
+    write_rates(rows, lattice, place, TURNS * turned, rates)
     begin, end, first, last = window
-    work = slope_integral(rates, nodes, pieces, z, first, last)
+    work = slope_integral(rates, nodes, pieces, weights, z, first, last)
     if begin > 0.0:
         work += ends_above(rates, nodes[POINTS], z, window)[2]
     return work / (end - begin)
 
 
 @signed_kernel(
-    "void(f8[:,::1], f8[::1], f8[::1], f8[::1], f8, f8, f8[::1], f8[:,::1], b1, "
-    "u8[::1], f8[::1], f8[:,:,::1], u8[::1], f8[::1], f8[::1], f8[:,::1])"
+    "void(f8[:,::1], f8[:,::1], f8[::1], f8[::1], f8[::1], f8[::1], f8, f8, f8[::1], f8[:,::1], b1, "
+    "u8[::1], f8[::1], f8[:,:,::1], u8[::1], f8[::1], f8[:,::1], f8[::1], f8[:,::1])"
 )
 def run_steps(
-    rows, table, contact, span, step, when, head, terms, with_force, phase, numbers, elements, phases, loads, rests, out
+    rows, lattice, place, weights, contact, span, step, when, head, terms, with_force,
+    phase, numbers, elements, phases, loads, path, rests, out,
 ):  # fmt: skip
     """Step to each of `phases` and `loads`, and write ROWS rows of `out`.
 
-    rows, table: see `SkinPoints`.
-    contact: a1 + a2 (m), texture period (m), mass (kg), damping (N s/m), the fields of `StiffnessLaw`, and the
-        stiffness of the pulp (N/m).
+    rows, lattice, place, weights: see `SkinPoints`.
+    contact: a1 + a2 (m), texture period (m), mass (kg), damping (N s/m), the fields of `StiffnessLaw`, the stiffness of
+        the pulp (N/m), and pull (N) and reach (m) of an attraction.
     span: the fields of `Span`.
     step: s.
     when, head, terms: see `Skin.coefficients`.
     with_force: whether to compute SLOPE_FORCE.
     phase, numbers, elements: see `State`; updated.
+    path: how far the texture has moved across (m) and the direction of the finger (rad) at the end of each step; empty
+        for a finger on its line.
     rests: z_w (m) before the first step and at the end of each.
     """
     scale, period, mass, damping = contact[0], contact[1], contact[2], contact[3]
     coefficient, power, lightest, count = contact[4], contact[5], contact[6], rows.shape[1]
     spring, share = contact[7], 0.5 if mass > 0.0 else 1.0  # with a mass, the spring acts in the middle of a step
+    pull, reach = contact[8], contact[9] / scale
+    least = -np.inf if pull > 0.0 else lightest
     nodes, pieces, rates = np.empty((4, count)), np.empty((4, count - 1)), np.empty(count)
     earlier = numbers[EARLIER:]
+    aside, direction = place[ASIDE], place[DIRECTION]
     new_part = 0.5 if mass > 0.0 and when == 1.0 else 1.0  # share of this step's pressure in the pressure that balances
     for i in range(len(phases)):
-        load = max(loads[i], lightest)
+        if path.shape[1] > 0:
+            aside, direction = path[0, i], path[1, i]
+        load = max(loads[i], least)
         change = load - numbers[LOAD]
         pressed = load - (1.0 - when) * change
         balanced = load - 0.5 * change if new_part < 1.0 else pressed
         balanced += spring * (scale * numbers[Z] - rests[i + 1] - (1.0 - share) * (rests[i] - rests[i + 1]))
-        part = part_of(span, pressed)
+        part = part_of(span, max(pressed, lightest))
         window = window_of(part, count - 1)
         first, last, inside = window[2], window[3], 1.0 / (window[1] - window[0])
-        full = scale * head[HARDNESS] * coefficient * pressed**power * part ** span[3]  # N per mean of a1 + a2
-        write_heights(rows, table, TURNS * np.float64(np.int64(phases[i])), nodes[SURFACE])
+        own = scale * head[HARDNESS] * coefficient * max(pressed, lightest) ** power * part ** span[3]
+        more = pull * part * part / reach  # N per mean of a1 + a2, as `own`
+        full = own + more
+        write_heights(rows, lattice, place, TURNS * np.float64(np.int64(phases[i])), aside, direction, nodes[SURFACE])
         free_indentations(elements, head[KEEP], terms, nodes)
         modified_profile(nodes, pieces)
         z0 = numbers[Z]
         moved = (1.0 - new_part) * numbers[PRESSING] + 2.0 * mass * numbers[SPEED] / step
         base = (balanced - moved) / (new_part * full)
         alpha = scale * ((2.0 * mass / step + damping) / step + share * spring) / (new_part * full)
-        mean = sum_of(nodes[POINTS, first : last + 1]) * inside  # what the end pieces add is at least 0
-        lowest = (mean - base + alpha * z0) / ((last - first) * inside + alpha)
-        lowest -= BELOW * (1.0 + abs(lowest))
-        begin = 4.0 * (z0 + earlier[1]) - 6.0 * earlier[0] - earlier[2]  # cubic extrapolation from four
-        z = settled_height(nodes, pieces, window, base, alpha, z0, begin, lowest)
+        total, whole = sum_of(nodes[POINTS, first : last + 1], weights[first:last])
+        if pull > 0.0:
+            law = more / full, reach
+            start = z0 + step * numbers[SPEED] / scale
+            z, z0 = held_height(
+                nodes, pieces, weights, window, law, base, alpha, z0, start, whole * inside, load, numbers
+            )
+        else:
+            lowest = (total * inside - base + alpha * z0) / (whole * inside + alpha)  # the end pieces add at least 0
+            lowest -= BELOW * (1.0 + abs(lowest))
+            begin = 4.0 * (z0 + earlier[1]) - 6.0 * earlier[0] - earlier[2]  # cubic extrapolation from four
+            z = settled_height(nodes, pieces, weights, window, base, alpha, z0, begin, lowest)
+        held = pull == 0.0 or numbers[HELD] > 0.0
         if abs(z - z0) <= AT_REST * (1.0 + abs(z0)):
             z = z0
         earlier[2], earlier[1], earlier[0], numbers[Z] = earlier[1], earlier[0], z0, z
-        if mass > 0.0:
+        if mass > 0.0 and held:
             numbers[SPEED] = 2.0 * scale * (z - z0) / step - numbers[SPEED]
-        if new_part < 1.0:  # from the area: the value from the balance would carry rounding from step to step
-            numbers[PRESSING] = full * modified_area(nodes, pieces, z, window)[0]
+        if pull > 0.0:
+            reaction, numbers[PRESSING] = forces_of(nodes, pieces, weights, window, own, more, reach, z, held)
         else:
-            numbers[PRESSING] = max(full * (base + alpha * (z - z0)), 0.0)
+            if new_part < 1.0:  # from the area: the value from the balance would carry rounding from step to step
+                reaction = full * modified_area(nodes, pieces, weights, z, window)[0]
+            else:
+                reaction = max(full * (base + alpha * (z - z0)), 0.0)
+            numbers[PRESSING] = reaction
         remember(elements, terms, nodes, z)
-        out[HEIGHT, i], out[REACTION, i], out[ATTACHED, i] = scale * z, numbers[PRESSING], 1.0
+        out[HEIGHT, i], out[REACTION, i], out[ATTACHED, i] = scale * z, reaction, 1.0 if held else 0.0
         out[SLOPE_FORCE, i] = 0.0
-        if with_force:
-            slope = slope_when_pressed(rows, table, phase[0], phases[i], when, rates, nodes, pieces, window, z)
-            out[SLOPE_FORCE, i] = full * slope * 2.0 * math.pi * scale / period
+        if with_force and held:
+            slope = slope_when_pressed(
+                rows, lattice, place, phase[0], phases[i], when, rates, nodes, pieces, weights, window, z
+            )
+            if pull > 0.0:
+                slope = full * slope - more * slope_when_pressed(
+                    rows, lattice, place, phase[0], phases[i], when, rates, nodes, pieces, weights, window, z - reach
+                )
+            else:
+                slope *= full
+            out[SLOPE_FORCE, i] = slope * 2.0 * math.pi * scale / period
         phase[0], numbers[LOAD] = phases[i], load

@@ -18,6 +18,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
+from synth.motion.motion import NO_PATH
 
 Phases = np.ndarray[Any, np.dtype[np.uint64]]
 
@@ -127,10 +128,24 @@ class Stepper(ABC):
         return self.at_rest
 
     @abstractmethod
-    def run(self, state: State, phases: Phases, loads: Array, out: Array) -> None:
-        """Step to each of `phases` and `loads` (N) in turn, and write `out`, float64 [ROWS, steps]."""
+    def run(self, state: State, phases: Phases, loads: Array, out: Array, path: Array = NO_PATH) -> None:
+        """Step to each of `phases` and `loads` (N) in turn, and write `out`, float64 [ROWS, steps].
 
-    def start(self, phase: int, load: float, turns: float, step: float) -> State:
+        path: how far the texture has moved across (m) and the direction of the finger (rad) at each step; empty for a
+            finger on its line.
+        """
+
+    @property
+    @abstractmethod
+    def where(self) -> str:
+        """On what z is simulated, in words."""
+
+    @property
+    def line(self) -> tuple[float, float] | None:
+        """Both rows of a path on the line of the scan; None where every finger stays on its line."""
+        return None
+
+    def start(self, phase: int, load: float, turns: float, step: float, path: Array = NO_PATH) -> State:
         """Return the state of a finger in equilibrium at `phase` and `load` (N), with relaxed skin.
 
         A mass has the velocity of the equilibrium. With adhesion and a load below 0, the finger is held if an
@@ -138,15 +153,16 @@ class Stepper(ABC):
 
         turns: texture periods per second, signed.
         step: s.
+        path: as of `run`, of one step.
         """
         half = round(math.ldexp(0.5 * turns * step, 64))
         ways = np.array([(phase + move) % 2**64 for move in (-half, half, 0)], dtype=np.uint64)
         state = State(np.zeros(NUMBERS), ways[:1].copy(), np.zeros(self.shape))
         loads, rows = np.full(3, load), np.empty((ROWS, 3))
         state.numbers[[LOAD, HELD, STEP]] = load, 1.0, step
-        self.elastic.run(state, ways[:1], loads[:1], rows[:, :1].copy())
+        self.elastic.run(state, ways[:1], loads[:1], rows[:, :1].copy(), path)
         state.numbers[HELD] = 1.0 if load != 0.0 or self.pull == 0.0 else 0.0
-        self.at_rest.run(state, ways, loads, rows)
+        self.at_rest.run(state, ways, loads, rows, np.repeat(path, 3, axis=1))
         if self.mass > 0.0 and state.numbers[HELD] > 0.0:
             state.numbers[SPEED] = (rows[HEIGHT, 1] - rows[HEIGHT, 0]) / step
         return state
@@ -175,8 +191,8 @@ class Stepper(ABC):
         """Return the same contact with time constants of at most `longest` (s)."""
         return self
 
-    def taken_over(self, state: State) -> State:
-        """Return a state of the same contact at other points, interpolated to the points of this stepper."""
+    def taken_over(self, state: State) -> State | None:
+        """Return a state of the same contact at other points, interpolated to those of this stepper, or None."""
         return state
 
     def coarser(self) -> Self | None:

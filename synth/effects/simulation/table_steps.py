@@ -66,6 +66,7 @@ from synth.effects.simulation.steps import (
     Z,
 )
 from synth.kernels import inlined, inner, signed_kernel
+from synth.motion.motion import NO_PATH
 from synth.response.phases import turns_to_phase
 
 EPSILON = 2.0**-52
@@ -104,6 +105,11 @@ class TableStepper(Stepper):
     step_time = TABLE_STEP
 
     @property
+    def where(self) -> str:
+        """See `Stepper`."""
+        return "on a table of its energy"
+
+    @property
     def at_rest(self) -> TableStepper:
         """See `Stepper`."""
         return replace(self, mass=0.0, damping=0.0, with_forces=False)
@@ -113,7 +119,7 @@ class TableStepper(Stepper):
         """See `Stepper`."""
         return replace(self.at_rest, pull=0.0, pulp=NO_PULP)
 
-    def run(self, state: State, phases: Phases, loads: Array, out: Array) -> None:
+    def run(self, state: State, phases: Phases, loads: Array, out: Array, path: Array = NO_PATH) -> None:
         """Step to each of `phases` and `loads` (N) in turn, and write the rows of `out`; see `Stepper`."""
         table, law = (self.table.nodes, self.table.curves, self.table.grid), self.stiffness
         contact = (self.mass, self.damping, self.pull, self.reach, self.texture_period, self.pulp.stiffness)

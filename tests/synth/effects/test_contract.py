@@ -172,10 +172,10 @@ def test_effects_on_one_thing_are_refused_together_and_all_others_combine() -> N
 
 
 def shaped_and_simulated(names: tuple[str, ...]) -> bool:
-    """Return whether one of the effects shapes the contact, and another needs a contact of one shape."""
+    """Return whether one of the effects moves the ends of the contact, and another needs ends that stay."""
     effects = [declaration(name) for name in names]
-    shapes = any(effect.kind == Kind.SHAPE for effect in effects)  # type: ignore[attr-defined]
-    return shapes and any(getattr(effect, "of_one_shape", False) for effect in effects)
+    moving = any(getattr(effect, "moves_ends", False) for effect in effects)
+    return moving and any(getattr(effect, "needs_fixed_ends", False) for effect in effects)
 
 
 LOADED = """

@@ -115,13 +115,12 @@ def test_a_hand_that_gives_positions_moves_a_simulation_as_one_that_gives_speeds
     assert np.max(np.abs(blocks[0] - blocks[1])) <= 1e-3 * np.ptp(blocks[1])
 
 
-@pytest.mark.parametrize("shape", ["curvature", "contact_growth"])
-def test_a_shape_that_a_hand_would_change_under_another_law_of_pressure_is_refused_at_once(
-    shape: str, monkeypatch: pytest.MonkeyPatch
+def test_ends_that_a_hand_would_move_under_skin_that_remembers_are_refused_at_once(
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("synth.voice.live_voice.prepare", None)  # nothing is solved before the refusal
     monkeypatch.setattr("synth.voice.voice.prepare", None)
-    both = parse_scene({"effects": {shape: {}, "viscous_skin": {}}})
+    both = parse_scene({"effects": {"contact_growth": {}, "viscous_skin": {}}})
     for opened in (lambda: HandVoice(both), lambda: open_voice(both, live=True)):
         with pytest.raises(SceneError, match="only at a constant load"):
             opened()

@@ -147,10 +147,6 @@ def test_the_plan_says_how_hard_the_whole_contact_attracts(finger: dict[str, Any
 
 
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
-    "adhesion of a probe under a load that varies": (
-        {"finger": {"kind": "probe"}, "effects": {"adhesion": {}}},
-        "a probe and adhesion can be combined only at a constant load",
-    ),
     "friction of another power under a fingertip": (
         {"finger": {"kind": "fingertip"}, "effects": {"tangential": {"pressure_exponent": 0.8}}},
         'Write a pressure_exponent of 1, or finger.kind "comb" or "probe"',
@@ -165,11 +161,15 @@ def test_what_a_finger_cannot_have_is_refused_with_what_to_write_instead(name: s
         open_voice(parse_scene(scene), live=True)
 
 
-def test_viscous_skin_is_refused_with_a_fingertip_and_renders_with_a_probe() -> None:
-    with pytest.raises(SceneError, match=r'finger\.kind "comb" or "probe"'):
-        parse_scene({"finger": {"kind": "fingertip"}, "effects": {"viscous_skin": {}}})
-    voice = open_voice(parse_scene({"finger": {"kind": "probe"}, "effects": {"viscous_skin": {}}}))
-    assert np.ptp(voice.render(960)) > 0.0
+PRESSING = {"trajectory": [[0, 0, 0.1], [0.03, 0.002, 0.5], [0.06, 0.005, 0.05]]}
+
+
+@pytest.mark.parametrize("effect", ["viscous_skin", "adhesion"])
+@pytest.mark.parametrize("scan", [{}, PRESSING], ids=["constant", "pressing"])
+def test_a_law_of_the_pressure_has_a_probe_under_every_load(effect: str, scan: dict[str, Any]) -> None:
+    document = {"finger": {"kind": "probe"}, "effects": {effect: {}}, "scan": scan, "accuracy": {"tolerance": 0.03}}
+    block = open_voice(parse_scene({**document, "output": {"sample_rate": 8000}})).render(480)
+    assert np.all(np.isfinite(block)) and np.ptp(block) > 0.0
 
 
 @pytest.mark.parametrize("kind", ["fingertip", thorough("comb")])

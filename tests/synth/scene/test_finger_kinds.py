@@ -71,7 +71,7 @@ def test_a_finger_is_refused_with_what_to_write_instead(name: str) -> None:
 @pytest.mark.parametrize("effect", effect_names())
 def test_an_effect_is_refused_with_a_finger_that_cannot_have_it(effect: str, kind: str) -> None:
     scene = {"finger": {"kind": kind}, "effects": {effect: {}}}
-    only = {"contact_growth": ["comb"], "curvature": ["comb"], "viscous_skin": ["comb", "probe"]}
+    only = {"contact_growth": ["comb"], "curvature": ["comb"]}
     if kind in only.get(effect, [kind]):
         parse_scene(scene)
         return

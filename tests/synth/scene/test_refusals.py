@@ -87,7 +87,7 @@ def test_every_quantity_refuses_what_is_outside_or_no_quantity(path: str, rule: 
         ({"effects": {"inertia": {"mas": 1}}}, "/effects/inertia/mas", '"mass"'),
         ({"effects": {"tangential": "auto"}}, "/effects/tangential", "adds a channel"),
         ({"effects": {"contact_growth": {}, "curvature": {}}}, "/effects/curvature", '"contact_growth" replaces'),
-        ({"effects": {"adhesion": {}, "viscous_skin": "auto"}}, "/effects/viscous_skin", '"adhesion" replaces'),
+        ({"effects": {"adhesion": {}, "viscous_skin": {}}}, "/effects/viscous_skin", '"adhesion" replaces'),
         (
             {"effects": {"tangential": {"pressure_exponent": 0.9}, "inertia": {}}},
             "/effects/tangential",

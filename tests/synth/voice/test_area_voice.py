@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import ridgewave as rw
-from synth.errors import SceneError
 from synth.motion.motion import Motion, Update
 from synth.response_cache import ResponseCache
 from synth.scene.scene import parse_scene
@@ -80,12 +79,6 @@ def test_a_finger_that_turns_on_its_way_feels_something_else() -> None:
     turning = exact(trajectory=tuple((float(a), float(-0.08 * a), 0.0, float(2.0 * a), 0.3) for a in t))
     cruise = slice(100, 500)
     assert np.all(differing(turning[cruise], exact()[cruise]) > 0.05)
-
-
-@pytest.mark.parametrize("effects", [{"inertia": {}}, {"inertia": "auto"}])
-def test_an_effect_that_is_simulated_along_a_line_is_refused_on_a_path(effects: dict[str, Any]) -> None:
-    with pytest.raises(SceneError, match=r"scan\.heading"):
-        rw.render(document({"heading": "10 deg"}, effects=effects))
 
 
 @cache

@@ -12,8 +12,9 @@ from scipy.special import erfc
 
 from synth.contact.scene_contact import contact_of
 from synth.plan import frame_solver
-from synth.plan.frame_solver import CUT, WIDTH, FramePlan
+from synth.plan.frame_solver import FramePlan
 from synth.plan.preparation import prepare
+from synth.response.band_edge import edge_of
 from synth.response.spectrum import Demand, solve_spectrum
 from synth.scene.scene import Scene
 from synth.voice.live_voice import LiveVoice
@@ -46,7 +47,8 @@ def test_a_steady_scan_is_its_series_through_the_filter() -> None:
     turns, count = 0.0613 / scene.texture.period, 52
     series = solve_spectrum(contact_of(scene), 0.3, Demand(count, (0, 1, 2), 1e-7), count).harmonics
     n = np.arange(1, count + 1)
-    gain = 0.5 * erfc((n * turns / RATE - CUT) / WIDTH)
+    half, width = edge_of(1.0)
+    gain = 0.5 * erfc((n * turns / RATE - half) / width)
     angles = 2j * np.pi * turns * np.outer(np.arange(6000) / RATE, n)
     for order in range(3):
         wanted = 2.0 * np.real(np.exp(angles) @ (series[1:] * gain * (2j * np.pi * n * turns) ** order))
@@ -55,8 +57,9 @@ def test_a_steady_scan_is_its_series_through_the_filter() -> None:
 
 
 def test_the_filter_keeps_below_040_and_loses_above_049() -> None:
-    assert 0.5 * erfc((0.40 - CUT) / WIDTH) == pytest.approx(1.0, abs=2e-9)
-    assert 0.5 * erfc((0.49 - CUT) / WIDTH) <= 2e-9
+    half, width = edge_of(1.0)
+    assert 0.5 * erfc((0.40 - half) / width) == pytest.approx(1.0, abs=2e-9)
+    assert 0.5 * erfc((0.49 - half) / width) <= 2e-9
 
 
 def recorded(**sections: Any) -> Scene:
@@ -158,14 +161,14 @@ def test_a_hand_takes_over_where_the_recording_stands() -> None:
 
 def test_many_solutions_a_frame_are_made_in_small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Working memory is limited to 2 million solutions, or to the margins of the filter where those are more."""
-    frames, _scene = steady(2.0, 2000)
-    assert frames.chunk == 2**21 // 2000 - 2 * 192
+    frames, _scene = steady(2.0, 1500)
+    assert frames.chunk == 2**21 // 1500 - 2 * 280
     assert frames.memory_bytes < 210e6
     whole, _scene = steady(2.0, 64)
     assert whole.chunk == 4096
-    monkeypatch.setattr(frame_solver, "TOGETHER", 2**16)  # solved quickly
+    monkeypatch.setattr(frame_solver, "TOGETHER", 2**17)  # solved quickly
     small, _scene = steady(2.0, 64)
-    assert small.chunk == 2**16 // 64 - 2 * 192
+    assert small.chunk == 2**17 // 64 - 2 * 280
     out, long = np.empty((1000, 3), np.float32), np.empty((1000, 3), np.float32)
     small.read(0, out)
     whole.read(0, long)

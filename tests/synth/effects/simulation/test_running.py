@@ -36,6 +36,7 @@ class Known:
     attached: float = 1.0
     nbytes: int = 0
     shape: tuple[int, ...] = (0,)
+    line: None = None
 
     def start(self, phase: int, load: float, turns: float, step: float) -> dict[str, int]:
         return {"steps": 0}
