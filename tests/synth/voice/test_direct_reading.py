@@ -267,7 +267,8 @@ def test_a_sampled_sinusoid_is_a_sinusoid_in_a_file(length: float, ends: str) ->
         assert plain.plan is not None
         assert other.plan is not None
         told = plain.plan.estimated_error[name] + other.plan.estimated_error[name]
-        here, there = (in_band(sound.values[:, number], 8000, 1000.0) for sound in (plain, other))
+        # beyond 0.92 of the band a scan of constant speed keeps its lines, and solved frames fade
+        here, there = (in_band(sound.values[:, number], 8000, 920.0) for sound in (plain, other))
         assert np.max(np.abs(here - there)) <= (told + CHORDS) * np.ptp(here)
 
 

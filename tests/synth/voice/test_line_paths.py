@@ -107,8 +107,13 @@ def test_an_effect_that_is_simulated_along_x_is_refused_where_the_finger_turns()
     for effect in ("curvature", "tangential"):
         with pytest.raises(SceneError, match="write 0 for every direction"):
             values("comb", {"direction": 0.5}, effects={effect: {}})
-    with pytest.raises(SceneError, match=r"scan\.heading"):
-        values("comb", {"direction": 0.5, "heading": 0.1}, effects={"inertia": {}})
+
+
+@pytest.mark.parametrize("kind", ["comb", "fingertip"])
+def test_skin_without_memory_changes_nothing_where_the_finger_turns(kind: str) -> None:
+    scan = {"direction": 0.5, "heading": 0.1}
+    plain, other = (values(kind, scan, effects=one) for one in ({}, {"viscous_skin": {"time_constant": 1e-6}}))
+    assert np.max(np.abs(plain - other)) <= 0.03 * np.ptp(plain)
 
 
 def test_the_scene_of_the_sound_and_of_the_plan_is_the_one_that_was_written() -> None:
