@@ -170,6 +170,11 @@ class ContactOnArea(Contact):
             return super().heights(phases, loads)
         return heights_along(self, phases, loads, path)
 
+    @property
+    def own_middle(self) -> float:
+        """x of its middle, m."""
+        return 0.5 * self.geometry.contact_length
+
     def refined(self) -> Self | None:
         """Return the contact with cells half as large; None where they would be too many, or if it does not refine."""
         return self.halved() if self.refines else None
@@ -201,11 +206,6 @@ class CombOnArea(ContactOnArea):
     def own_area(self) -> float:
         """L^2 (m^2), to which its stiffness belongs."""
         return self.geometry.contact_length**2
-
-    @property
-    def own_middle(self) -> float:
-        """x of its middle, m."""
-        return 0.5 * self.geometry.contact_length
 
     def own_heights(self, x: Array, y: Array) -> Array:
         """Return its height (m) at every pair of `x` and `y` (m) from its middle, along and across it."""

@@ -81,11 +81,6 @@ class TipOnArea(ContactOnArea):
         """R^2 (m^2), to which its stiffness belongs."""
         return self.tip.radius**2
 
-    @property
-    def own_middle(self) -> float:
-        """x of its middle, m."""
-        return 0.5 * self.geometry.contact_length
-
     def own_heights(self, x: Array, y: Array) -> Array:
         """Return its height (m) at every pair of `x` and `y` (m) from its middle."""
         return np.asarray(-(x[:, np.newaxis] ** 2 + y**2) / (2.0 * self.tip.radius))

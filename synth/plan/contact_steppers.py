@@ -56,7 +56,8 @@ def point_stepper(case: SimulationCase, terms: Terms, points: int, mean: Mean | 
     if contact.of_one_line:
         found = SkinPoints.of_contact(contact, heaviest, points)
     else:
-        found = SkinPoints.over_area(_area_finger(contact), _lowest(contact, heaviest) - sunk, points)
+        area: Any = contact  # it has the members of `skin_points.AreaFinger`
+        found = SkinPoints.over_area(area, _lowest(contact, heaviest) - sunk, points)
     forces, span = bool(outputs_of(case.scene)), Span.of(contact, heaviest) if case.load_varies else WHOLE
     stepper = SkinStepper(
         found, terms.skin or ELASTIC, stiffness, terms.mass, terms.damping, forces, NO_PULP, span, pull, reach or 1.0
@@ -116,23 +117,18 @@ def _on_attracted_pulp(case: SimulationCase, terms: Terms, stepper: Any) -> Any:
     return replace(stepper, pulp=Pulp(terms.pulp, attracted_mean(stepper.at_rest, *ends)))
 
 
-def _area_finger(contact: Any) -> Any:
-    """Return `contact`, of a finger over an area: it has the members of `skin_points.AreaFinger`."""
-    return contact
-
-
-def _lowest(contact: Contact, heaviest: float) -> float:
+def _lowest(contact: Any, heaviest: float) -> float:
     """Return the height (m) of a finger over an area above which it can touch at `heaviest` (N).
 
     As the table of the energy does, points allow for a peak-to-peak below the lowest z.
     """
-    places, texture, found = np.arange(MEAN_PHASES) / MEAN_PHASES, contact.geometry.profile, _area_finger(contact)
+    places, texture = np.arange(MEAN_PHASES) / MEAN_PHASES, contact.geometry.profile
     assert texture is not None
     if isinstance(texture, HeightField):
         path = np.stack(
-            [GOLDEN * np.arange(MEAN_PHASES) % 1.0 * texture.across, np.full(MEAN_PHASES, found.line.direction)]
+            [GOLDEN * np.arange(MEAN_PHASES) % 1.0 * texture.across, np.full(MEAN_PHASES, contact.line.direction)]
         )
-        z = found.heights(places, np.full(MEAN_PHASES, heaviest), path)
+        z = contact.heights(places, np.full(MEAN_PHASES, heaviest), path)
     else:
         z = contact.approach(places, heaviest)[0]
     return float(np.min(z) - np.ptp(z) - texture.extent[1] - BELOW * contact.geometry.height_scale)

@@ -53,7 +53,6 @@ PROBED_LOADS = 5  # loads of the recording at which the number of phases per per
 FEWEST_PHASES = 16  # per period, if every probed load is in full contact
 FALL = 2.5  # the error falls with the number of phases to this power: kinks of order 3/2
 FEWEST = 4  # solutions per stride, where the load varies: `landing` has a short filter then
-FOLDED_SHARE = 0.3  # part of the tolerance for the folded error
 EXACT_CELL = 8.0  # ns per phase and cell of the solver, on one core with AVX-512; slower machines exceed PATIENCE
 OVER_AREA = 8.0  # factor on EXACT_CELL for a height field, at 1.8 N; about 5 at 0.3 N
 FRAME_SETUP = 60.0  # ns per solution outside the solver: motion, transforms

@@ -6,9 +6,9 @@ Model   Where the load changes by QUICK of itself within RISE, z changes within 
         these to the usual steps. The number doubles until the quantities in the band change by no more than is allowed.
 Source  Kaiser & Schafer (1980), IEEE Trans. ASSP 28: the window and its length for an attenuation. The rest is this
         project's.
-Limits  At most MOST_FINER times the usual steps. What a doubling leaves is taken to be LEFT of its change: in some 40
-        recordings (three fingers, landings of 2 to 30 ms) the error before a doubling was 0.8 to 1.34 times its change,
-        and each doubling left a quarter of it or less.
+Limits  At most MOST_FINER times the usual steps. What a doubling leaves is taken to be LEFT of its change. In some 40
+        recordings (three fingers, landings of 2 to 30 ms) the error before a doubling was 0.8 to 1.34 times its change;
+        an error that falls with the square of the steps then leaves a third of the change, and kinks of order 3/2 less.
 """
 
 from __future__ import annotations

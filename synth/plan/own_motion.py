@@ -37,7 +37,7 @@ OF_ACCELERATION = 0.03  # least part of the tolerance that the mean keeps for it
 OF_LINES = 50.0  # that part, times the square of the band in lines of the texture: what is heard of a knot at most
 PIECE_SHARE = 0.15  # of the tolerance, for the folded error of pieces, and as much for what a landing leaves
 ROUNDS = 6  # most increases of the number of steps
-OVER_CHANGE = 1.5  # error over the change by twice as many steps
+OVER_CHANGE = 1.5  # error over the change by twice as many steps: up to 1.34 was seen (`landing`)
 PLACES = 512  # places of a long surface at which the peaks of displacement and approach are computed
 
 

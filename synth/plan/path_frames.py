@@ -27,7 +27,7 @@ from synth.contact.load_balance import Contact
 from synth.kept_files import json_form
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.direct_plan import PATH_SLOPE
-from synth.plan.frame_solver import FOLDED_SHARE, FramePlan, counted, solution_nanoseconds, stride_of
+from synth.plan.frame_solver import FramePlan, counted, solution_nanoseconds, stride_of
 from synth.plan.request import Request
 from synth.plan.scene_table import entry_of
 from synth.plan.swing import MORE_FOLDS, Swing, changed_by, relative, turning_errors
@@ -40,6 +40,7 @@ SECONDS = 0.05  # of the swing: at 80 mm/s it covers 1.3 mm
 SHORT, BEGINS = 0.03, (0.1, 0.5, 0.8)  # length (s) and middle phases (turns) of the swings on which cells are judged
 UNSEEN = 2.0  # the error of cells along a path over that on the swings: in 28 random scenes it was up to 2.2
 MOST_WORK = 10_000  # per place, in cells of the exact solver: 0.6 ms; a second of sound then takes 10 s
+FOLDED_SHARE = 0.3  # part of the tolerance for the folded error
 CELLS_SHARE = 0.1  # of the error of the cells: folded errors need not be smaller than this part
 MOST_SOLUTIONS = 4e5  # per second: 40 s of processor time for each of sound
 
