@@ -109,7 +109,7 @@ def test_an_effect_that_is_simulated_along_x_is_refused_where_the_finger_turns()
             values("comb", {"direction": 0.5}, effects={effect: {}})
 
 
-@pytest.mark.parametrize("kind", ["comb", "fingertip"])
+@pytest.mark.parametrize("kind", [thorough("comb"), "fingertip"])
 def test_skin_without_memory_changes_nothing_where_the_finger_turns(kind: str) -> None:
     scan = {"direction": 0.5, "heading": 0.1}
     plain, other = (values(kind, scan, effects=one) for one in ({}, {"viscous_skin": {"time_constant": 1e-6}}))
