@@ -1,9 +1,7 @@
 """Plan a step-by-step simulation: steps, points, errors, and the change by the effects, found with pilot runs.
 
 Stage   2, used by `preparation`. `simulation.running` runs the simulation, which replaces the response.
-Model   A pilot is a run of whole texture periods of the steady scan. A stroke or a recording is also run along its own
-        motion.
-        Points: their distance is halved until their error, from the change of the pilot by the last halving, is within
+Model   Points: their distance is halved until their error, from the change of the pilot by the last halving, is within
         POINTS_SHARE of the tolerance. Over an area this takes four times as many.
         In a file, points also replace a table that is too coarse, such as that of a texture with a long period.
         Steps: pilots are run with n and 2 n steps per frame. n is doubled until they agree within SETTLED of the
@@ -29,32 +27,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from synth.arrays import Array
 from synth.effects.simulation.decimation import Decimator, narrowest
-from synth.effects.simulation.periodic import FEWEST_STEPS as FEWEST_OF_PERIOD
-from synth.effects.simulation.periodic import LONGEST, steady_of
-from synth.effects.simulation.running import RESPONSE, Running, Signal, Simulation
+from synth.effects.simulation.running import RESPONSE, Signal, Simulation
 from synth.effects.simulation.terms import ELASTIC, Terms
-from synth.motion.scan_motion import LIFT_TIME, ScanMotion
 from synth.plan.contact_steppers import point_stepper, table_stepper
-from synth.plan.effect_choice import (
-    SimulationCase,
-    relative_change,
-    stiffness_round,
-)
+from synth.plan.effect_choice import SimulationCase, relative_change, stiffness_round
+from synth.plan.pilot_run import LONGEST_OWN, Pilot, run_own, run_pilot, started, steps_of_period, work_of
 from synth.response.band_edge import WHOLE_TO, edge_of
 from synth.scene.output_section import BAND
 
-PILOT, LONGEST_PILOT = 0.05, 20.0  # s, shortest run of whole periods, and longest run if a period is longer than that
-LONGEST_OWN = 10.0  # s of a recording along which the change by the effects is computed
-OWN = 1.0  # s of a stroke or a recording along which the number of steps is judged
 STEADY_BAND, MOVING_BAND = (0.40, 0.45), (0.35, 0.49)  # kept and removed band, as parts of the rate
 # Kept and removed band, as parts of a narrower bandwidth: of a live scan, behind a hand, and where only steps and
 # points are compared. A steeper filter looks further ahead, which would increase the delay of a hand, 2.6 ms at 1 kHz.
 SCAN_BAND, HAND_BAND, JUDGED_BAND = (0.9, 1.0), (1.0, 2.0), (1.0, 1.5)
 LEAST_ATTENUATION, MOST_ATTENUATION = 70.0, 140.0  # dB
 FEWEST_STEPS = 96e3  # smallest number of steps per second: contacts change within tens of microseconds
-FORGOTTEN, AHEAD = 16.0, 0.05  # number of time constants that leave 1e-7 of a memory; longest such time of a stream, s
 SETTLING = 0.5  # s that are simulated before the first frame of a run that begins in the middle of its motion
 BUSY, BUSY_FILE = 0.14, 8.0  # predicted s of work per second: more hinders other live voices; files would take hours
 PATIENCE, PATIENCE_FILE = 0.2, 1.0  # predicted s of work of the next finer pilot, live and for a file
@@ -68,61 +55,6 @@ POINTS_SHARE = 0.5  # error of the skin's points, as a part of the tolerance
 LEFT_BY_POINTS = 0.55  # error over the change by half the points: order 1.5, from kinks where surfaces begin to touch
 LEFT_BY_CORNERS = 1.0  # the same on a texture with corners: order 1
 LEFT_BY_TABLE = 1.0  # error over the change by a table half as fine: derivatives of z gain one order, or less
-
-
-@dataclass(frozen=True, slots=True)
-class Pilot:
-    """A simulation in its initial state, and a run of it at the scan's speed and load.
-
-    simulation: the simulation in the state in which it begins.
-    moved: z minus its offset, and derivatives, SI, float64 [orders, frames].
-    offset: offset of the displacement, m.
-    own: the same along the first part of a stroke or a recording; otherwise it has no frames.
-    """
-
-    simulation: Simulation
-    moved: Array
-    offset: float
-    own: Array
-
-    @property
-    def repeats(self) -> bool:
-        """False if the motion does not repeat. Runs with other steps then begin elsewhere and cannot be compared."""
-        return self.simulation.steady is None or self.simulation.steady.repeats
-
-    @property
-    def work(self) -> float:
-        """Predicted time of its steps, s."""
-        return float(_work(self.simulation) * self.moved.shape[1] / self.simulation.scene.output.sample_rate)
-
-    def differs_from(self, other: Pilot) -> tuple[float, ...]:
-        """Return the largest difference of each order from `other`, relative to the peak-to-peak."""
-        steady = map(relative_change, self.moved, other.moved)
-        if not self.own.size:
-            return tuple(steady)
-        return tuple(map(max, steady, map(relative_change, self.own, other.own)))
-
-
-def started(simulation: Simulation, case: SimulationCase) -> Pilot:
-    """Return the pilot of `simulation` in its periodic state.
-
-    The search begins from the periodic state that `simulation` has, if any. There is no search for a finger at rest,
-    or if a period is too long to be run several times. Skin that forgets within a small part of a period is
-    simulated ahead for that time instead.
-    """
-    memory = FORGOTTEN * simulation.stepper.memory
-    if simulation.stepper.mass == 0.0 and 0.0 < memory <= min(AHEAD, 0.5 / max(abs(case.turns), 1e-9)):
-        simulation = replace(simulation, settling=memory)
-    elif case.turns != 0.0 and simulation.rate <= LONGEST * abs(case.turns):
-        crossings = case.scene.texture.period / case.scene.finger.ridge_period
-        asked = (case.turns, case.nominal.scan.load, steps_of_period(simulation, case), crossings, case.tolerance)
-        simulation = replace(simulation, steady=steady_of(simulation.stepper, *asked, simulation.steady))
-    return run_pilot(simulation, case)
-
-
-def steps_of_period(simulation: Simulation, case: SimulationCase) -> int:
-    """Return the whole number of steps nearest to a texture period."""
-    return max(FEWEST_OF_PERIOD, round(simulation.rate / abs(case.turns)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,7 +109,7 @@ class SimulationPlan:
     @property
     def work(self) -> float:
         """Predicted processor time of a second of sound, s."""
-        return SHARED * _work(self.simulation)
+        return SHARED * work_of(self.simulation)
 
 
 def plan_simulation(case: SimulationCase, terms: Terms, *, of_points: bool = False) -> SimulationPlan:
@@ -210,7 +142,7 @@ def plan_simulation(case: SimulationCase, terms: Terms, *, of_points: bool = Fal
             replace(tried.simulation, steps=steps, filters=_filters_of(case, terms, steps, judged=True)), case
         )
         of_steps = finer.differs_from(tried)
-        dear = _work(finer.simulation) > busy or 2.0 * finer.work > patience
+        dear = work_of(finer.simulation) > busy or 2.0 * finer.work > patience
         if not tried.repeats or dear or all(map(float.__le__, of_steps, allowed)):
             break
         tried = finer
@@ -276,45 +208,6 @@ def _start_errors(case: SimulationCase, tried: Pilot) -> tuple[float, ...]:
     return tuple(factor * max(each) for each in zip(*differences, strict=True))
 
 
-def _work(simulation: Simulation) -> float:
-    """Return the predicted time (s) of the steps of a second of sound."""
-    return simulation.rate * simulation.stepper.step_time
-
-
-def _run(simulation: Simulation, case: SimulationCase, frames: int) -> Array:
-    """Return the first `frames` frames of a run, SI, float64 [orders, frames]."""
-    signals = tuple(Signal(RESPONSE, order) for order in case.orders)
-    return Running(simulation, signals).along(0, frames)
-
-
-def run_pilot(simulation: Simulation, case: SimulationCase) -> Pilot:
-    """Return a run of whole periods, or of a part of a period that is longer than LONGEST_PILOT."""
-    rate = case.scene.output.sample_rate
-    period = 1.0 / abs(case.turns) if case.turns else PILOT
-    whole = rate * min(period * max(1.0, math.ceil(PILOT / period)), LONGEST_PILOT)
-    moved = _run(simulation, case, max(64, math.ceil(whole) + 1))
-    offset = 0.0
-    if case.orders[0] == 0:
-        times = np.append(np.arange(math.ceil(whole)), whole)
-        risen = np.interp(times, np.arange(moved.shape[1]), moved[0] - moved[0, 0])
-        offset = float(moved[0, 0] + np.trapezoid(risen, times) / whole)
-        moved[0] -= offset
-    own = np.empty((len(case.orders), 0))
-    if case.moving and not case.by_hand:
-        own = _run_own(replace(simulation, offset=offset), case, OWN)
-        if case.scene.scan.trajectory is not None:  # the lift at its end is larger than the motion that is judged
-            own = own[:, : max(1, round(ScanMotion(case.scene, whole=case.live).duration * rate))]
-    return Pilot(simulation, moved, offset, own)
-
-
-def _run_own(simulation: Simulation, case: SimulationCase, longest: float) -> Array:
-    """Return a run along the scan's own motion, at most `longest` seconds, SI, float64 [orders, frames]."""
-    output = case.scene.output
-    motion = ScanMotion(case.scene, whole=case.live)
-    seconds = min(output.duration, longest, motion.duration + (LIFT_TIME if motion.lifts else 0.0))
-    return _run(replace(simulation, scene=case.scene), case, max(1, round(seconds * output.sample_rate)))
-
-
 def _change_and_peaks(case: SimulationCase, tried: Pilot) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return two values of each order: its change by the effects, and its peak (SI).
 
@@ -326,8 +219,8 @@ def _change_and_peaks(case: SimulationCase, tried: Pilot) -> tuple[tuple[float, 
     still = run_pilot(elastic, case)
     change = tuple(map(relative_change, still.moved, moved))
     if case.scene.scan.trajectory is not None and not case.by_hand:
-        moved = _run_own(replace(simulation, offset=tried.offset), case, LONGEST_OWN)
-        still_own = _run_own(replace(elastic, offset=still.offset), case, LONGEST_OWN)
+        moved = run_own(replace(simulation, offset=tried.offset), case, LONGEST_OWN)
+        still_own = run_own(replace(elastic, offset=still.offset), case, LONGEST_OWN)
         change = tuple(map(max, change, map(relative_change, still_own, moved)))
     return change, tuple(np.max(np.abs(moved), axis=1).tolist())
 
