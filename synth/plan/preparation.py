@@ -19,9 +19,9 @@ from functools import partial
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
-from synth.contact.scene_contact import contact_of
 from synth.effects.effect import AddedChannel, Kind
 from synth.errors import Fault, SceneError
 from synth.motion.motion import LARGEST_LOAD
@@ -29,9 +29,9 @@ from synth.motion.recorded_motion import rendered_part
 from synth.motion.scan_motion import ScanMotion
 from synth.perception.threshold import imperceptible_tolerance
 from synth.plan.channels import NEARLY, PEAK, SMALLEST_MOTION, ChannelPlan, SteadyScan, spendable
+from synth.plan.contact_choice import contact_in_cells, on_line
 from synth.plan.direct_plan import (
     DirectPlan,
-    affordable,
     beyond_table,
     direct_plan,
     follows_path,
@@ -43,7 +43,7 @@ from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out
 from synth.plan.frame_solver import FramePlan, plan_frames
 from synth.plan.motion_peak import differs_from_cruise
 from synth.plan.own_motion import has_approach, own_motion, pressed
-from synth.plan.path_frames import beside_cells, cells_along_line, cells_along_path, first_cells, path_frames
+from synth.plan.path_frames import beside_cells, cells_along_line, path_frames
 from synth.plan.process_start import begun
 from synth.plan.request import N_MAX, Request, harmonics_in_band
 from synth.plan.scene_table import entry_of, kept_table, read_error
@@ -60,7 +60,6 @@ from synth.scene.effects_section import declaration
 from synth.scene.line_scan import along_x, turned_on_line
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
-from synth.surfaces.height_field import HeightField
 
 SERIES_SHARE = 0.7  # part of a moving scan's tolerance for its series; the folded error of a landing uses the rest
 TIGHTEST, LOOSEST = 1e-7, 3e-2  # range of the tolerance for "imperceptible", which is the range of accuracy.tolerance
@@ -189,58 +188,18 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
     silence = silence_of(asked, geometry) or ("" if has_approach(scene) else above_band(asked))
     if silence:
         return _silent(solved, silence)
-    stretch, cells = None if asked.stretch is None else asked.stretch.profile, np.zeros(len(QUANTITIES))
-    line = scene.finger.kind == "fingertip" and not isinstance(geometry.profile, HeightField)
-    bounded = not file and (asked.area or line)
-    contact = affordable(scene, cache, stretch) if bounded else contact_of(scene, stretch, refines=file)
-    if isinstance(geometry.profile, HeightField):
-        many = over_area(asked) or asked.load_varies or stretch is not None or any(asked_effects(scene, Kind.BALANCE))
-        if file and many:
-            contact, cells = cells_along_path(asked, contact_of(scene, stretch), tolerance)
-        elif file:
-            contact = first_cells(contact)
-        elif not asked.area:
-            cells = cells_along_line(asked, contact, cache)
-    elif file and line:
-        contact = first_cells(contact)
-    elif bounded and (not asked.moving or any(asked_effects(scene, Kind.BALANCE))):
-        cells = cells_along_line(asked, contact, cache)
+    contact, cells = contact_in_cells(asked, cache, tolerance, file=file)
     if scene.accuracy.tolerance == "imperceptible":
         tolerance = _imperceptible(contact, asked)
-    left = beside_cells(tolerance, cells)
-    contact, shapes, demand = _shaped(asked, contact, left)
-    if file and line and any(asked_effects(scene, Kind.BALANCE)):
+    contact, shapes, demand = _shaped(asked, contact, beside_cells(tolerance, cells))
+    if file and on_line(asked, geometry) and any(asked_effects(scene, Kind.BALANCE)):
         cells = cells_along_line(asked, contact, cache)  # a simulation has no series that tells them
     spectrum = _series(asked, contact, demand, cache)
-    if all(one.full_scale for one in scene.output.channel_list) and demand.of_still(spectrum.harmonics):
-        spectrum = _series(asked, contact, replace(demand, still=0.0), cache)  # a given full scale keeps it heard
     on_surface = None if asked.stretch is None else on_whole(contact, scene)
-    solved = replace(solved, tolerance=tolerance, contact=contact, on_surface=on_surface)
-    steady = SteadyScan(*asked.request, spectrum)
-    frames = None
-    if asked.moving and not asked.live:
-        scale = min(1.0, scene.output.band_limit / (BAND * scene.output.sample_rate))
-        if over_area(asked):
-            frames = path_frames(asked, contact, cells, tolerance, scale)
-        else:
-            known = pressed(scene), spectrum
-            frames = plan_frames(contact, scene, demand, known, scale, solved=asked.stretch is not None)
-            frames = frames and frames.with_errors(cells[list(asked.orders)])
-    mean, frames, peaks, partly = own_motion(steady, contact, solved.whole, tolerance, frames)
-    still = above_band(asked) or steady.silence(peaks)
-    if still and not asked.by_hand:
-        if not has_approach(scene):
-            return _silent(solved, still)
-        solved = replace(solved, warnings=(*solved.warnings, still))
-    channels = tuple(steady.planned(one, peaks, still=bool(still)) for one in scene.output.channel_list)
-    if not asked.moving:
-        channels = tuple(one.with_error(cells) for one in channels)
-    reported = tuple(one for one in channels if one.error > FELT or file or not cells.any())
-    missed = tuple(text for text in (steady.warning(channel, tolerance) for channel in reported) if text)
-    if scene.accuracy.tolerance == "imperceptible" and tolerance <= TIGHTEST:
-        missed += (f"A tolerance of {TIGHTEST:g}, the tightest allowed, may leave an error that is felt.",)
-    warnings = (*solved.warnings, *missed, *([partly] if partly else []))
-    solved = replace(solved, spectrum=spectrum, channels=channels, warnings=warnings, mean=mean, frames=frames)
+    solved = replace(solved, tolerance=tolerance, contact=contact, on_surface=on_surface, spectrum=spectrum)
+    solved = _planned(solved, demand, cells, file=file)
+    if solved.silence:
+        return solved
     if shapes is not None:
         solved = _with_effects(solved, shapes)
         if solved.simulated:
@@ -251,6 +210,43 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
         return solved
     solved = _with_stages(solved, solved.effects, cache, exact=exact)
     return replace(solved, warnings=(*solved.warnings, *_level_warning(solved)))
+
+
+def _planned(solved: Preparation, demand: Demand, cells: Array, *, file: bool) -> Preparation:
+    """Return `solved` with its frames, mean and channels, before effects; silent if it moves too little.
+
+    cells: error of each order by the size of the cells.
+    """
+    scene, tolerance, steady = solved.scene, solved.tolerance, solved.steady
+    assert solved.contact is not None
+    frames = _frames(solved, demand, cells) if solved.moving and not solved.live else None
+    mean, frames, peaks, partly = own_motion(steady, solved.contact, solved.whole, tolerance, frames)
+    still = above_band(solved) or steady.silence(peaks)
+    if still and not solved.by_hand:
+        if not has_approach(scene):
+            return _silent(replace(solved, spectrum=None), still)
+        solved = replace(solved, warnings=(*solved.warnings, still))
+    channels = tuple(steady.planned(one, peaks, still=bool(still)) for one in scene.output.channel_list)
+    if not solved.moving:
+        channels = tuple(one.with_error(cells) for one in channels)
+    reported = tuple(one for one in channels if one.error > FELT or file or not cells.any())
+    missed = tuple(text for text in (steady.warning(channel, tolerance) for channel in reported) if text)
+    if scene.accuracy.tolerance == "imperceptible" and tolerance <= TIGHTEST:
+        missed += (f"A tolerance of {TIGHTEST:g}, the tightest allowed, may leave an error that is felt.",)
+    warnings = (*solved.warnings, *missed, *([partly] if partly else []))
+    return replace(solved, channels=channels, warnings=warnings, mean=mean, frames=frames)
+
+
+def _frames(solved: Preparation, demand: Demand, cells: Array) -> FramePlan | None:
+    """Return how a moving file is solved, or None if that would take too long."""
+    scene, contact, spectrum = solved.scene, solved.contact, solved.spectrum
+    assert contact is not None and spectrum is not None
+    scale = min(1.0, scene.output.band_limit / (BAND * scene.output.sample_rate))
+    if over_area(solved):
+        return path_frames(solved, contact, cells, solved.tolerance, scale)
+    known = pressed(scene), spectrum
+    frames = plan_frames(contact, scene, demand, known, scale, solved=solved.stretch is not None)
+    return frames and frames.with_errors(cells[list(solved.orders)])
 
 
 def _level_warning(solved: Preparation) -> tuple[str, ...]:
@@ -326,9 +322,13 @@ def _series(asked: Request, contact: Contact, demand: Demand, cache: ResponseCac
     """Return the series of z that meets `demand`, at the load of the request."""
     what = pressed(asked.scene), demand, asked.reach
     solve = partial(solve_spectrum, contact, *what)
-    return cache.get(
+    found = cache.get(
         ("spectrum", contact.key, *what), solve, partial(entry_of, asked.scene, contact, what, SPECTRUM_FORM)
     )
+    given = all(one.full_scale for one in asked.scene.output.channel_list)
+    if given and demand.of_still(found.harmonics):  # a given full scale keeps it heard
+        return _series(asked, contact, replace(demand, still=0.0), cache)
+    return found
 
 
 def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> Preparation:

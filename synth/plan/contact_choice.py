@@ -1,0 +1,65 @@
+"""Choose the size of the cells, or of the columns, in which the contact of a scene is solved.
+
+Stage   2 (PLAN), used by `preparation`.
+Model   A file takes what its tolerance requires: over an area where it leaves its line, its load varies or effects
+        simulate it, `path_frames` has halved the cells; otherwise the series halves them itself. A voice with deadlines
+        takes what it can solve in time (`direct_plan.affordable`), and its error is told.
+Source  design, section 4.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.contact.geometry import Geometry
+from synth.contact.load_balance import Contact
+from synth.contact.scene_contact import contact_of
+from synth.effects.effect import Kind
+from synth.plan.direct_plan import affordable, over_area
+from synth.plan.effect_choice import asked as asked_effects
+from synth.plan.path_frames import cells_along_line, cells_along_path, first_cells
+from synth.plan.request import Request
+from synth.response.table_error import QUANTITIES
+from synth.response_cache import ResponseCache
+from synth.surfaces.height_field import HeightField
+
+
+def contact_in_cells(asked: Request, cache: ResponseCache, tolerance: float, *, file: bool) -> tuple[Contact, Array]:
+    """Return the contact of the request, and the error of each quantity by its cells, where nothing later tells it.
+
+    file: whether it takes the cells that `tolerance` requires, instead of those that can be solved in time.
+    """
+    geometry, none = Geometry.of_scene(asked.scene), np.zeros(len(QUANTITIES))
+    if isinstance(geometry.profile, HeightField):
+        return _over_area(asked, cache, tolerance, none, file=file)
+    return _on_line(asked, cache, none, line=on_line(asked, geometry), file=file)
+
+
+def on_line(asked: Request, geometry: Geometry) -> bool:
+    """Return whether a fingertip, which has columns, is on a texture along a line."""
+    return asked.scene.finger.kind == "fingertip" and not isinstance(geometry.profile, HeightField)
+
+
+def _over_area(
+    asked: Request, cache: ResponseCache, tolerance: float, none: Array, *, file: bool
+) -> tuple[Contact, Array]:
+    scene, stretch = asked.scene, None if asked.stretch is None else asked.stretch.profile
+    simulated = any(asked_effects(scene, Kind.BALANCE))
+    if not file:
+        contact = affordable(scene, cache, stretch) if asked.area else contact_of(scene, stretch)
+        return contact, none if asked.area else cells_along_line(asked, contact, cache)
+    if over_area(asked) or asked.load_varies or stretch is not None or simulated:
+        return cells_along_path(asked, contact_of(scene, stretch), tolerance)
+    return first_cells(contact_of(scene, stretch, refines=True)), none
+
+
+def _on_line(asked: Request, cache: ResponseCache, none: Array, *, line: bool, file: bool) -> tuple[Contact, Array]:
+    scene, stretch = asked.scene, None if asked.stretch is None else asked.stretch.profile
+    if file:
+        contact = contact_of(scene, stretch, refines=True)
+        return first_cells(contact) if line else contact, none
+    contact = affordable(scene, cache, stretch) if asked.area or line else contact_of(scene, stretch)
+    simulated = any(asked_effects(scene, Kind.BALANCE))
+    told = (asked.area or line) and (not asked.moving or simulated)
+    return contact, cells_along_line(asked, contact, cache) if told else none
