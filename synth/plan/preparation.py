@@ -15,9 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
-from functools import partial
-
-import numpy as np
 
 from synth.arrays import Array
 from synth.contact.geometry import Geometry
@@ -27,8 +24,7 @@ from synth.errors import Fault, SceneError
 from synth.motion.motion import LARGEST_LOAD
 from synth.motion.recorded_motion import rendered_part
 from synth.motion.scan_motion import ScanMotion
-from synth.perception.threshold import imperceptible_tolerance
-from synth.plan.channels import NEARLY, PEAK, SMALLEST_MOTION, ChannelPlan, SteadyScan, spendable
+from synth.plan.channels import NEARLY, ChannelPlan, SteadyScan
 from synth.plan.contact_choice import contact_in_cells, on_line
 from synth.plan.direct_plan import (
     DirectPlan,
@@ -39,34 +35,31 @@ from synth.plan.direct_plan import (
 )
 from synth.plan.effect_choice import LONGEST_WHOLE, SimulationCase, outputs_of
 from synth.plan.effect_choice import asked as asked_effects
-from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, shape_for, simulated_channel
+from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, simulated_channel
 from synth.plan.frame_solver import FramePlan, plan_frames
+from synth.plan.level_warnings import level_of_effects, uncertain_level
 from synth.plan.motion_peak import differs_from_cruise
 from synth.plan.own_motion import has_approach, own_motion, pressed
 from synth.plan.path_frames import beside_cells, cells_along_line, path_frames
 from synth.plan.process_start import begun
 from synth.plan.request import N_MAX, Request, harmonics_in_band
-from synth.plan.scene_table import entry_of, kept_table, read_error
+from synth.plan.scene_series import TIGHTEST, imperceptible, series_of, shaped_contact
+from synth.plan.scene_table import kept_table, read_error
 from synth.plan.silence import above_band, silence_of
 from synth.plan.stretch import Stretch, on_whole, stretch_of
 from synth.response.mean_approach import Mean
 from synth.response.reading_filter import ORDERS
-from synth.response.spectrum import SPECTRUM_FORM, Demand, Spectrum, curves, fine_enough, points_for, solve_spectrum
+from synth.response.spectrum import Demand, Spectrum
 from synth.response.table import ResponseTable
 from synth.response.table_error import QUANTITIES
-from synth.response.table_making import HEAVIEST
 from synth.response_cache import SHARED, ResponseCache
 from synth.scene.effects_section import declaration
 from synth.scene.line_scan import along_x, turned_on_line
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
 
-SERIES_SHARE = 0.7  # part of a moving scan's tolerance for its series; the folded error of a landing uses the rest
-TIGHTEST, LOOSEST = 1e-7, 3e-2  # range of the tolerance for "imperceptible", which is the range of accuracy.tolerance
-OF_LEVELS = 2e-2  # least tolerance of a series that gives only the levels of a live voice, which solves directly
 WIDE = 64  # harmonics in the band: a live scan of an area with more is solved along its path, as its series takes long
 FELT = 0.1  # of the peak-to-peak: smaller errors cause no warning, as a hand distinguishes amplitudes by 0.1 to 0.25
-OFF_LEVEL = 0.025  # of the peak, so that it is 0.78 to 0.82: a larger error is told as one of the level
 EXACT = 1e-6  # tolerance of "exact": the folded error below 0.40 of the rate (design, section 4)
 
 
@@ -190,11 +183,11 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
         return _silent(solved, silence)
     contact, cells = contact_in_cells(asked, cache, tolerance, file=file)
     if scene.accuracy.tolerance == "imperceptible":
-        tolerance = _imperceptible(contact, asked)
-    contact, shapes, demand = _shaped(asked, contact, beside_cells(tolerance, cells))
+        tolerance = imperceptible(contact, asked)
+    contact, shapes, demand = shaped_contact(asked, contact, beside_cells(tolerance, cells))
     if file and on_line(asked, geometry) and any(asked_effects(scene, Kind.BALANCE)):
         cells = cells_along_line(asked, contact, cache)  # a simulation has no series that tells them
-    spectrum = _series(asked, contact, demand, cache)
+    spectrum = series_of(asked, contact, demand, cache)
     on_surface = None if asked.stretch is None else on_whole(contact, scene)
     solved = replace(solved, tolerance=tolerance, contact=contact, on_surface=on_surface, spectrum=spectrum)
     solved = _planned(solved, demand, cells, file=file)
@@ -209,7 +202,8 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
     if solved.effects is None:
         return solved
     solved = _with_stages(solved, solved.effects, cache, exact=exact)
-    return replace(solved, warnings=(*solved.warnings, *_level_warning(solved)))
+    level = () if solved.live else level_of_effects(scene, solved.effects)
+    return replace(solved, warnings=(*solved.warnings, *level))
 
 
 def _planned(solved: Preparation, demand: Demand, cells: Array, *, file: bool) -> Preparation:
@@ -249,24 +243,6 @@ def _frames(solved: Preparation, demand: Demand, cells: Array) -> FramePlan | No
     return frames and frames.with_errors(cells[list(solved.orders)])
 
 
-def _level_warning(solved: Preparation) -> tuple[str, ...]:
-    """Return a warning if an automatic full scale of a file is not that of its own frames, as effects decide them."""
-    scene, effects, channels = solved.scene, solved.effects, solved.scene.output.channel_list
-    changes = scene.scan.stroke is not None or scene.scan.trajectory is not None or not scene.scan.along_x
-    if solved.live or effects is None or not (changes or scene.output.fade):
-        return ()
-    automatic: list[str] = [one.quantity for one in channels if solved.simulated and not one.full_scale]
-    given = [scale for effect, settings in outputs_of(scene) for scale in effect.scales(settings)]
-    automatic += [one.quantity for one, scale in zip(effects.channels, given, strict=True) if not scale]
-    if not automatic:
-        return ()
-    return (
-        f"The full scale of the {' and '.join(automatic).replace('_', ' ')} is that of steady scanning or of the "
-        "first seconds of the motion, because effects are simulated. The file may peak above or below 0.8 of it. "
-        "Set output.full_scale for a level of your own.",
-    )
-
-
 def _stretch(scene: Scene) -> Stretch | None:
     """Return the stretch of a long surface, or None. Raises SceneError where an effect needs a shorter period."""
     balance = list(asked_effects(scene, Kind.BALANCE))
@@ -296,41 +272,6 @@ def _silent(solved: Preparation, silence: str) -> Preparation:
     )
 
 
-def _shaped(asked: Request, contact: Contact, tolerance: float) -> tuple[Contact, PreparedEffects | None, Demand]:
-    """Return the contact in the shape that the scene's effects give it, the effects, and the demand on the series."""
-    scene, loads, shapes = asked.scene, asked.loads, None
-    if scene.effects:
-        demand = Demand(max(asked.highest, 1), asked.orders, tolerance)
-        contact, shapes = shape_for(contact, scene, demand, loads, asked.turns)
-        contact.geometry_at(max(*loads, scene.scan.lift_load))  # raises if the contact is too long at this load
-    if asked.live and asked.of_levels:
-        tolerance = max(tolerance, OF_LEVELS)
-    share = SERIES_SHARE if asked.moving else 1.0
-    harmonics = max(asked.highest if asked.load_varies else asked.reach, 1)
-    still = 0.0 if asked.live and asked.moving else SMALLEST_MOTION
-    demand = Demand(harmonics, asked.orders, share * spendable(tolerance), still)
-    long = asked.stretch is not None
-    # the making of a table refines it
-    if any(asked_effects(scene, Kind.BALANCE)) or ((asked.load_varies or long) and not asked.live):
-        usual, ends = pressed(scene), (0.0, HEAVIEST) if asked.by_hand else loads
-        judged = tuple(sorted({max(load, scene.scan.lift_load) for load in (*ends, usual)}))
-        contact = fine_enough(contact, judged, usual, demand)
-    return contact, shapes, demand
-
-
-def _series(asked: Request, contact: Contact, demand: Demand, cache: ResponseCache) -> Spectrum:
-    """Return the series of z that meets `demand`, at the load of the request."""
-    what = pressed(asked.scene), demand, asked.reach
-    solve = partial(solve_spectrum, contact, *what)
-    found = cache.get(
-        ("spectrum", contact.key, *what), solve, partial(entry_of, asked.scene, contact, what, SPECTRUM_FORM)
-    )
-    given = all(one.full_scale for one in asked.scene.output.channel_list)
-    if given and demand.of_still(found.harmonics):  # a given full scale keeps it heard
-        return _series(asked, contact, replace(demand, still=0.0), cache)
-    return found
-
-
 def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> Preparation:
     """Return a moving scan with its errors and, unless its frames are solved, the table or direct plan of its voice."""
     assert solved.contact is not None
@@ -353,31 +294,15 @@ def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> P
         limit = NEARLY * solved.tolerance if exact else max(FELT, solved.tolerance)
         where = f" at loads from {low:.4g} to {high:.4g} N"
     channels = tuple(replace(one, error=one.error + errors[one.order]) for one in solved.channels)
-    warnings = dict.fromkeys(
+    told = dict.fromkeys(
         f"The error of the {one.quantity} of the moving scan may be {one.error:.2g} of its peak-to-peak{where}; the "
         f"tolerance is {solved.tolerance:.2g}."
         for one in channels
         if one.error > limit
     )
-    solved = replace(solved, table=table, direct=direct, channels=channels)
-    return replace(solved, warnings=(*solved.warnings, *warnings, *_uncertain_level(solved)))
-
-
-def _uncertain_level(solved: Preparation) -> tuple[str, ...]:
-    """Return a warning if the frames of a file may be off the level that its automatic full scale gives them."""
-    read, listed = solved.frames is None, solved.scene.output.channel_list
-    unsure = [
-        one.quantity
-        for one, asked in zip(solved.channels, listed, strict=True)
-        if not asked.full_scale and (read or one.error * one.extent > OFF_LEVEL * PEAK * one.full_scale)
-    ]
-    if solved.live or not unsure:
-        return ()
-    why = "its frames are read at a limited accuracy, as solving them would take too long" if read else "of its error"
-    return (
-        f"The level of the {' and '.join(unsure).replace('_', ' ')} is uncertain because {why}. The file may peak "
-        "above or below 0.8 of its full scale. Set output.full_scale for a level of your own.",
-    )
+    level = () if solved.live else uncertain_level(channels, solved.scene.output.channel_list, read=frames is None)
+    warnings = (*solved.warnings, *told, *level)
+    return replace(solved, table=table, direct=direct, channels=channels, warnings=warnings)
 
 
 def _with_effects(solved: Preparation, shapes: PreparedEffects) -> Preparation:
@@ -403,15 +328,3 @@ def _with_stages(solved: Preparation, effects: PreparedEffects, cache: ResponseC
     limit = NEARLY * solved.tolerance if not read or exact else max(FELT, solved.tolerance)
     warnings = (*solved.warnings, *effects.warnings(solved.tolerance, limit, solved.channels))
     return replace(solved, effects=effects, warnings=warnings)
-
-
-def _imperceptible(contact: Contact, asked: Request) -> float:
-    """Return the tolerance at which the error of the harmonics is not felt. `contact` is without effects on shape."""
-    spectrum = solve_spectrum(contact, pressed(asked.scene), Demand(asked.highest, asked.orders, 1e-2))
-    turns, tolerance = abs(asked.turns), LOOSEST
-    harmonics = np.arange(1, len(spectrum.harmonics)) * max(turns, 1e-9)
-    for order in asked.orders:
-        extent = float(np.ptp(curves(spectrum.harmonics, order, points_for(len(spectrum.harmonics) - 1))))
-        felt = imperceptible_tolerance(harmonics, order, extent * turns**order, asked.scene.accuracy.threshold)
-        tolerance = min(tolerance, felt)
-    return max(tolerance, TIGHTEST)

@@ -22,7 +22,8 @@ from synth.effects.simulation.running import PRESS, SLOPE, Running, Signal, gate
 from synth.errors import Fault, SceneError
 from synth.motion.motion import LOAD, SPEED
 from synth.plan.channels import PEAK, ROUNDING, STILL, extent_and_peak, spendable
-from synth.plan.preparation import SERIES_SHARE, Preparation
+from synth.plan.preparation import Preparation
+from synth.plan.scene_series import SERIES_SHARE
 from synth.plan.scene_table import bounds_for, kept_table, read_error
 from synth.response.lift_gate import gate
 from synth.response.series_curve import SMALLEST, SeriesCurve

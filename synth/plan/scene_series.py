@@ -1,0 +1,78 @@
+"""The series of z that a scene needs: its harmonics, its tolerance, and the contact in the shape of its effects.
+
+Stage   2 (PLAN), used by `preparation`.
+Source  design, section 4.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from synth.contact.load_balance import Contact
+from synth.effects.effect import Kind
+from synth.perception.threshold import imperceptible_tolerance
+from synth.plan.channels import SMALLEST_MOTION, spendable
+from synth.plan.effect_choice import asked as asked_effects
+from synth.plan.effects_preparation import PreparedEffects, shape_for
+from synth.plan.own_motion import pressed
+from synth.plan.request import Request
+from synth.plan.scene_table import entry_of
+from synth.response.spectrum import SPECTRUM_FORM, Demand, Spectrum, curves, fine_enough, points_for, solve_spectrum
+from synth.response.table_making import HEAVIEST
+from synth.response_cache import ResponseCache
+
+SERIES_SHARE = 0.7  # part of a moving scan's tolerance for its series; the folded error of a landing uses the rest
+TIGHTEST, LOOSEST = 1e-7, 3e-2  # range of the tolerance for "imperceptible", which is the range of accuracy.tolerance
+OF_LEVELS = 2e-2  # least tolerance of a series that gives only the levels of a live voice, which solves directly
+
+
+def shaped_contact(
+    asked: Request, contact: Contact, tolerance: float
+) -> tuple[Contact, PreparedEffects | None, Demand]:
+    """Return the contact in the shape that the scene's effects give it, the effects, and the demand on the series."""
+    scene, loads, shapes = asked.scene, asked.loads, None
+    if scene.effects:
+        demand = Demand(max(asked.highest, 1), asked.orders, tolerance)
+        contact, shapes = shape_for(contact, scene, demand, loads, asked.turns)
+        contact.geometry_at(max(*loads, scene.scan.lift_load))  # raises if the contact is too long at this load
+    if asked.live and asked.of_levels:
+        tolerance = max(tolerance, OF_LEVELS)
+    share = SERIES_SHARE if asked.moving else 1.0
+    harmonics = max(asked.highest if asked.load_varies else asked.reach, 1)
+    still = 0.0 if asked.live and asked.moving else SMALLEST_MOTION
+    demand = Demand(harmonics, asked.orders, share * spendable(tolerance), still)
+    long = asked.stretch is not None
+    # the making of a table refines it
+    if any(asked_effects(scene, Kind.BALANCE)) or ((asked.load_varies or long) and not asked.live):
+        usual, ends = pressed(scene), (0.0, HEAVIEST) if asked.by_hand else loads
+        judged = tuple(sorted({max(load, scene.scan.lift_load) for load in (*ends, usual)}))
+        contact = fine_enough(contact, judged, usual, demand)
+    return contact, shapes, demand
+
+
+def series_of(asked: Request, contact: Contact, demand: Demand, cache: ResponseCache) -> Spectrum:
+    """Return the series of z that meets `demand`, at the load of the request."""
+    what = pressed(asked.scene), demand, asked.reach
+    solve = partial(solve_spectrum, contact, *what)
+    found = cache.get(
+        ("spectrum", contact.key, *what), solve, partial(entry_of, asked.scene, contact, what, SPECTRUM_FORM)
+    )
+    given = all(one.full_scale for one in asked.scene.output.channel_list)
+    if given and demand.of_still(found.harmonics):  # a given full scale keeps it heard
+        return series_of(asked, contact, replace(demand, still=0.0), cache)
+    return found
+
+
+def imperceptible(contact: Contact, asked: Request) -> float:
+    """Return the tolerance at which the error of the harmonics is not felt. `contact` is without effects on shape."""
+    spectrum = solve_spectrum(contact, pressed(asked.scene), Demand(asked.highest, asked.orders, 1e-2))
+    turns, tolerance = abs(asked.turns), LOOSEST
+    harmonics = np.arange(1, len(spectrum.harmonics)) * max(turns, 1e-9)
+    for order in asked.orders:
+        extent = float(np.ptp(curves(spectrum.harmonics, order, points_for(len(spectrum.harmonics) - 1))))
+        felt = imperceptible_tolerance(harmonics, order, extent * turns**order, asked.scene.accuracy.threshold)
+        tolerance = min(tolerance, felt)
+    return max(tolerance, TIGHTEST)
