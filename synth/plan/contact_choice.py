@@ -16,8 +16,9 @@ from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
 from synth.contact.scene_contact import contact_of
 from synth.effects.effect import Kind
-from synth.plan.direct_plan import affordable, over_area
+from synth.plan.direct_plan import over_area
 from synth.plan.effect_choice import asked as asked_effects
+from synth.plan.live_work import affordable
 from synth.plan.path_frames import cells_along_line, cells_along_path, first_cells
 from synth.plan.request import Request
 from synth.response.table_error import QUANTITIES

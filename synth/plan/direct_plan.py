@@ -6,8 +6,7 @@ Model   The rule: a voice reads its table where the table holds every harmonic t
         enough for periods up to 5.1 mm at 80 mm/s. A contact whose solutions would take more than MOST_WORK keeps its
         table, unless its surface is too long for one.
         A finger that may leave its line over an area reads a layered table while it keeps the direction of that line
-        (`area_source`). In any other direction z is solved along its path. If this would take more than MOST_TURNED,
-        the cells are enlarged, up to the last factor of COARSER.
+        (`area_source`). In any other direction z is solved along its path (`live_work`).
         Displacement is z less its mean over PLACES places of the surface, at each load.
         Error: the folded error of a swing (`swing`) at the lightest, the scan's and the heaviest usual load. The errors
         of the filter and of the solver's segments, or of a layered table, are added. Over an area LEFT_OF_CHANGE of
@@ -21,23 +20,21 @@ Limits  The error is that of one swing, at one place for each load. If an effect
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from dataclasses import asdict, dataclass, replace
-from functools import partial
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
-from synth.contact.scene_contact import contact_of
 from synth.effects.effect import Kind
 from synth.kept_files import FileEntry, FileForm, json_form
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effect_choice import outputs_of
-from synth.plan.frame_solver import solution_nanoseconds
+from synth.plan.live_work import FEWER, least_solutions, predicted_work
 from synth.plan.request import HAND_LOADS, HAND_SPEEDS, Request, harmonics_in_band
-from synth.plan.scene_table import COARSER, band_of, bounds_for, entry_of
+from synth.plan.scene_table import band_of, bounds_for, entry_of
 from synth.plan.swing import FOLD_POWER, Swing, changed_by, folded_errors, turning_errors
 from synth.response.band_filter import SOLUTIONS, band_filter
 from synth.response.mean_approach import Mean, MeanSpline, mean_curve, mean_over_area
@@ -47,23 +44,17 @@ from synth.scene.effects_section import declaration
 from synth.scene.scene import Scene
 from synth.surfaces import profile_of
 from synth.surfaces.height_field import HeightField
-from synth.surfaces.profile import Profile
 
 if TYPE_CHECKING:
     from synth.response.area_source import AreaSource
     from synth.response.layered_table import LayeredTable
 
-FEWER = 0.5  # factor on the usual number of solutions over an area, where z is smoother, if FOLDED permits it
 FOLDED = 0.01  # of the peak-to-peak: largest folded error with fewer solutions
 MOST_WORK = 0.22  # predicted s of processor time per second; more would leave no room for other hands
-MOST_TURNED = 0.16  # predicted s per second for a finger turned over an area, at 1.8 N; at 0.3 N it takes half of it
 LEFT_OF_CHANGE = 0.7  # error of cells over the change by cells twice as large: up to 0.57 in 20 random scenes of dots
 MOST_MAKING, WORKERS = 3.0, 2  # predicted s of processor time to make a layered table, and number of threads
 MEAN_TOLERANCE = 0.1  # tolerance of the mean of z over the load; its error is a thousandth of it, of the peak-to-peak
 AREA_MEAN_TOLERANCE = 2.0  # for fingertips, areas and long surfaces: 0.2 %, below the error of a mean over PLACES
-COARSER_ON_LINE = ((1.0, 0.1), (2.0, 0.22))
-"""Factors on the distances of a fingertip's columns, and the predicted s per second up to which each is taken. At 3 a
-smooth texture may have noise as loud as itself."""
 PLACES, MEANS = 128, 9  # places, and least number of loads, of the mean: a fingertip takes 30 us per place and load
 PATH_SLOPE = 0.618033988749895  # slope of the path on which the rate of solutions is judged: along no row of points
 TURNED = 0.03  # s, length of the swing on which the error of a finger that turns is measured
@@ -156,52 +147,6 @@ def beyond_table(asked: Request, contact: Contact) -> bool:
     if harmonics_in_band(scene, most + 1) <= most or any(effect.has_table for effect, _settings in outputs_of(scene)):
         return False
     return predicted_work(scene, contact) <= MOST_WORK
-
-
-def predicted_work(scene: Scene, contact: Contact) -> float:
-    """Return the predicted processor time (s) of a second of a voice that solves `contact` along its motion."""
-    rate = min(least_solutions(contact) * SOLUTIONS * band_of(scene), scene.output.sample_rate)
-    return 1e-9 * solution_nanoseconds(contact) * rate
-
-
-@dataclass(frozen=True)
-class Spread:
-    """Factor on the size of a finger's cells over an area, as `affordable` has chosen it."""
-
-    coarser: float
-
-
-SPREAD_FORM = json_form(asdict, lambda fields: Spread(fields["coarser"]))
-
-
-def least_solutions(contact: Contact) -> float:
-    """Return the least factor on the usual number of solutions."""
-    return FEWER if isinstance(contact.geometry.profile, HeightField) else 1.0
-
-
-def affordable(scene: Scene, cache: ResponseCache, profile: Profile | None = None) -> Contact:
-    """Return the contact of `scene` at the least distances that can be solved in real time.
-
-    Over an area solutions may take MOST_TURNED, and the work falls with the square of the distances. Along a line it
-    falls with the distances.
-
-    profile: as of `contact_of`.
-    """
-    fine = contact_of(scene, profile)
-    over = isinstance(fine.geometry.profile, HeightField)
-    limits = [(one, one * most) for one, most in COARSER_ON_LINE]
-    if over:
-        limits = [(one, MOST_TURNED * one**2) for one in COARSER]
-
-    def chosen() -> Spread:
-        """Return the least factor on the usual distances."""
-        work = predicted_work(scene, fine)
-        return Spread(next((one for one, most in limits if work <= most), limits[-1][0]))
-
-    key_parts = scene.output.sample_rate, band_of(scene)
-    file = partial(entry_of, scene, fine, key_parts, SPREAD_FORM)
-    spread = cache.get(("spread", fine.key, key_parts), chosen, file) if over else chosen()
-    return fine if spread.coarser == 1.0 else contact_of(scene, profile, spread.coarser)
 
 
 def direct_plan(

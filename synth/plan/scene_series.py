@@ -20,7 +20,8 @@ from synth.plan.effects_preparation import PreparedEffects, shape_for
 from synth.plan.own_motion import pressed
 from synth.plan.request import Request
 from synth.plan.scene_table import entry_of
-from synth.response.spectrum import SPECTRUM_FORM, Demand, Spectrum, curves, fine_enough, points_for, solve_spectrum
+from synth.response.discretisation import fine_enough
+from synth.response.spectrum import SPECTRUM_FORM, Demand, Spectrum, curves, points_for, solve_spectrum
 from synth.response.table_making import HEAVIEST
 from synth.response_cache import ResponseCache
 

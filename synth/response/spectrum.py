@@ -21,7 +21,6 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.forces import Response
-from synth.contact.load_balance import Contact
 from synth.kept_files import json_form
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
@@ -44,8 +43,6 @@ DISCRETE_SHARE = 0.3  # share of the tolerance for the discretisation, where the
 MOST_DISCRETE = 0.8  # share that it has where it cannot be finer; the phases keep the rest
 FINER_WORK = 8  # times the work of the last refinement: room for three more refinements
 JUDGED_PHASES = 384  # least number of phases at which a discretisation is tested; 3 per harmonic where that is more
-FRAME_PHASES = 2048  # most phases at which that of frames is tested; 4 per harmonic where that is fewer
-JUDGED_WORK = 1 << 26  # phases times cells: a fraction of a second
 SETTLED = 0.7  # of the error may remain after a doubling: a third is usual; if more remains, the grid hides a harmonic
 FIRST_ORDER = 0.5  # of the error remains when a discretisation is halved, for segments of a profile with corners
 UNSETTLED = 0.8  # largest assumed ratio of the next change to the last one: the error is then 4 times the last change
@@ -211,35 +208,6 @@ def changes(
         floor = error_floor(scale, demand.highest, order)
         allowed.append(DISCRETE_SHARE * demand.tolerance + (floor / extent if extent > 0.0 else 0.0))
     return tuple(found), tuple(allowed)
-
-
-def fine_enough(contact: Contact, loads: tuple[float, ...], usual: float, demand: Demand) -> Contact:
-    """Return `contact` on a discretisation that keeps its share of `demand` at each of `loads` (N).
-
-    The result is the finest that JUDGED_WORK allows, or `contact` itself where its solver has no discretisation. It is
-    for frames and simulations, which read z between the places and loads of a grid. A series is refined further when it
-    is solved.
-
-    usual: load (N) whose peak-to-peak is used where it is larger, because no relative error could be met at a load
-    at which the motion nearly cancels.
-    """
-    finer = contact.refined()
-    phases = min(points_for(demand.highest), FRAME_PHASES)
-    theta = (np.arange(phases) + GOLDEN) / phases
-    seen = Demand(min(demand.highest, phases // 4), demand.orders, demand.tolerance)
-    earlier: list[tuple[float, ...] | None] = [None] * len(loads)
-    while finer is not None:
-        good = True
-        moved = harmonics_of(finer.approach(theta, usual)[0], seen.highest)
-        for number, load in enumerate(loads):
-            before, after = (harmonics_of(one.approach(theta, load)[0], seen.highest) for one in (contact, finer))
-            changed, allowed = changes(before, after, seen, finer.scale_at(load), moved)
-            left, earlier[number] = remaining(changed, earlier[number], finer.settles), changed
-            good = good and all(one <= most for one, most in zip(left, allowed, strict=True))
-        contact = finer
-        spent = len(loads) * phases * contact.work_at(max(loads)) > JUDGED_WORK
-        finer = None if good or spent else contact.refined()
-    return contact
 
 
 def _grown(response: Response, load: float, demand: Demand, keep: int, most: int) -> Spectrum:
