@@ -38,6 +38,14 @@ import numpy as np
 from synth.arrays import Array
 from synth.effects.simulation.pulp import NO_PULP, Pulp
 from synth.effects.simulation.skin_attraction import forces_of, held_height
+from synth.effects.simulation.skin_balance import (
+    AT_REST,
+    TURNS,
+    free_indentations,
+    remember,
+    settled_height,
+    slope_when_pressed,
+)
 from synth.effects.simulation.skin_points import (
     ASIDE,
     DIRECTION,
@@ -45,18 +53,13 @@ from synth.effects.simulation.skin_points import (
     SkinPoints,
     Span,
     write_heights,
-    write_rates,
 )
 from synth.effects.simulation.skin_profile import (
-    FREE_FREE,
-    HELD_FREE,
     POINTS,
     SURFACE,
-    ends_above,
     modified_area,
     modified_profile,
     part_of,
-    slope_integral,
     sum_of,
     window_of,
 )
@@ -78,20 +81,13 @@ from synth.effects.simulation.steps import (
     StiffnessLaw,
     Z,
 )
-from synth.effects.simulation.terms import DECAY, ELASTIC, FOLLOW, HARDNESS, KEEP, LOSE, Skin
-from synth.kernels import inner, signed_kernel
+from synth.effects.simulation.terms import ELASTIC, HARDNESS, KEEP, Skin
+from synth.kernels import signed_kernel
 from synth.motion.motion import NO_PATH
-from synth.response.phases import TURN
 
-AT_REST = 16 * 2.0**-52  # of 1 + |z|: smaller moves are rounding and count as none, so a finger at rest stays there
-SETTLED = 1e-17  # of 1 + |z|: error of z after the last iteration; with more, errors above 1e-15 are seen
-MOST_PASSES = 80  # never reached in the tests; bounds the time of a step
 BELOW = 1e-9  # of 1 + |z|: taken off the lower bound of z, so that rounding cannot put the bound above z
-TURNS = 1.0 / TURN  # turns per unit of a phase that is read as a signed number
-TINY = 1e-200  # of a1 + a2: rounds memories to multiples of 1e-216, so that none becomes a slow denormal number
 
 AREA_POINT, ROOTS = 4e-9, 12.0  # s per step, added for a point of several rows; time under attraction over that without
-KEPT, FREE = 0, 1  # the two states of a point
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,90 +192,6 @@ class SkinStepper(Stepper):
 def point_seconds(law: Skin, *, in_rows: bool, attracts: bool) -> float:
     """Return the predicted computing time (s) of a step per point."""
     return (law.point_time + AREA_POINT * in_rows) * (ROOTS if attracts else 1.0)
-
-
-@inner
-def free_indentations(elements, keep, terms, nodes):
-    """Write efree of both states of every point.
-
-    elements: float64 [2, 1 + n, points], the indentation and n memories of each state.
-    """
-    for state in range(2):
-        free, indentation = nodes[HELD_FREE + state], elements[state, 0]
-        for j in range(free.shape[0]):
-            free[j] = keep * indentation[j]
-        for i in range(terms.shape[1]):
-            lose, memory = terms[LOSE, i], elements[state, 1 + i]
-            for j in range(free.shape[0]):
-                free[j] -= lose * memory[j]
-
-
-@inner
-def remember(elements, terms, nodes, z):
-    """Advance every point to the end of a step that ended at `z`.
-
-    A point that begins to touch starts its held state from its free state. A point that leaves does the reverse.
-    """
-    surface, points = nodes[SURFACE], nodes[POINTS]
-    held_free, free_free = nodes[HELD_FREE], nodes[FREE_FREE]
-    held, free = elements[KEPT], elements[FREE]
-    held_depths, free_depths = held[0], free[0]
-    for i in range(terms.shape[1]):
-        decay, follow = terms[DECAY, i], terms[FOLLOW, i]
-        held_memories, free_memories = held[1 + i], free[1 + i]
-        for j in range(points.shape[0]):
-            begins = (points[j] > z) & (held_free[j] < free_free[j])
-            leaves = (points[j] <= z) & (held_free[j] >= free_free[j])
-            held_memory, free_memory = held_memories[j], free_memories[j]
-            held_depth, free_depth = held_depths[j], free_depths[j]
-            held_before = free_memory if begins else held_memory
-            held_moved = (surface[j] - z) - (free_depth if begins else held_depth)
-            free_before = held_memory if leaves else free_memory
-            free_moved = held_free[j] - held_depth if leaves else free_free[j] - free_depth
-            held_memories[j] = (decay * held_before + follow * held_moved + TINY) - TINY
-            free_memories[j] = (decay * free_before + follow * free_moved + TINY) - TINY
-    for j in range(points.shape[0]):
-        leaves = (points[j] <= z) & (held_free[j] >= free_free[j])
-        recovered = held_free[j] if leaves else free_free[j]
-        held_depths[j] = surface[j] - z
-        free_depths[j] = (recovered + TINY) - TINY
-
-
-@inner
-def settled_height(nodes, pieces, weights, window, base, alpha, z0, z, lowest):
-    """Return the z that balances.
-
-    z: start of the iteration.
-    lowest: lower bound of the result.
-    """
-    z = max(z, lowest)
-    for _pass in range(MOST_PASSES):
-        area, part = modified_area(nodes, pieces, weights, z, window)
-        if part + alpha <= 0.0:  # above every crest: from the lower bound the iteration cannot miss
-            z = lowest
-            continue
-        z1 = max(z + (area - base - alpha * (z - z0)) / (part + alpha), lowest)
-        move = abs(z1 - z)
-        z = z1
-        bend = move * move * part  # the error left after the move is bend / area
-        if move <= AT_REST * (1.0 + abs(z)) or (part > 0.0 and bend <= SETTLED * area * (1.0 + abs(z))):
-            break
-    return z
-
-
-@inner
-def slope_when_pressed(rows, lattice, place, before, after, when, rates, nodes, pieces, weights, window, z):
-    """Return the mean over L of max(g - z, 0) times `rates`, of the texture at the part `when` between two phases.
-
-    rates: buffer, overwritten.
-    """
-    turned = np.float64(np.int64(after)) - (1.0 - when) * np.float64(np.int64(after - before))
-    write_rates(rows, lattice, place, TURNS * turned, rates)
-    begin, end, first, last = window
-    work = slope_integral(rates, nodes, pieces, weights, z, first, last)
-    if begin > 0.0:
-        work += ends_above(rates, nodes[POINTS], z, window)[2]
-    return work / (end - begin)
 
 
 @signed_kernel(
