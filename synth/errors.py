@@ -96,8 +96,10 @@ def shown(value: Any, limit: int = 60) -> str:
 
 
 def _pieces(value: Any, limit: int) -> Iterator[str]:
-    """Yield the parts of `repr(value)`. A string longer than `limit` is cut."""
-    if type(value) is str:
+    """Yield the parts of `repr(value)`, with null, true and false as a scene has them. A long string is cut."""
+    if value is None or isinstance(value, bool):
+        yield {None: "null", True: "true", False: "false"}[value]
+    elif type(value) is str:
         yield repr(value[: limit + 1])
     elif isinstance(value, dict):
         yield "{"

@@ -240,12 +240,14 @@ def test_a_large_value_is_looked_at_as_far_as_it_is_shown() -> None:
     assert one.times < 100
 
 
-@pytest.mark.parametrize(
-    "value", ["a", 'a"b', [], {}, [1, "a", {"b": None}], {"a": [True, 1.5]}, (1,), "é" * 70, 1e300]
-)
+@pytest.mark.parametrize("value", ["a", 'a"b', [], {}, [1, "a", {"b": 2}], {"a": ["c", 1.5]}, (1,), "é" * 70, 1e300])
 def test_a_value_is_shown_as_python_writes_it(value: object) -> None:
     written = repr(value)
     assert shown(value) == (written if len(written) <= 60 else written[:57] + "...")
+
+
+def test_the_words_of_a_scene_are_shown_as_a_scene_has_them() -> None:
+    assert [shown(value) for value in (None, True, [False, {"a": None}])] == ["null", "true", "[false, {'a': null}]"]
 
 
 @pytest.mark.parametrize("settings_of_effect", [3, "on", [], True, 0.5])
