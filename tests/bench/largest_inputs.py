@@ -130,7 +130,9 @@ class Peer:
     def live(self, hello: bytes) -> tuple[ClientConnection, Any]:
         """Return a live connection, and the answer to its `hello`."""
         url = f"ws://{self.place.netloc}/v1/live"
-        connection = connect(url, subprotocols=[Subprotocol("ridgewave.v2")], compression=None, max_size=None)
+        connection = connect(
+            url, subprotocols=[Subprotocol("ridgewave.v2")], compression=None, max_size=None, ping_interval=None
+        )
         connection.send(hello.decode())
         return connection, json.loads(connection.recv(PATIENCE))
 
