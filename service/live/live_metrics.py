@@ -38,6 +38,8 @@ class StreamCounts:
         new = [count - before for count, before in zip(now, self._reported, strict=True)]
         self._reported = now
         metrics.updates(*new[:3])
+        if new[0]:
+            metrics.load.moved(id(self))
         if new[3]:
             metrics.limited(self.reduction_db, new[4] / rate, new[3])
 

@@ -3,6 +3,7 @@
 Model: `look` is called some 20 times a second, in the thread of the event loop. `busy` is the processor time of that
     thread over the time that passed; `late` is the mean lateness of the blocks that were sent meanwhile. On a machine
     that others use too the thread gets less than a processor, so that blocks are late before it seems busy.
+    A live stream takes more once a hand moves it. `expected` is `busy` if hands moved all live streams.
 Limits: streams that pull have no lateness; they count by processor time alone. Work in threads and processes does not
     count, unless it makes blocks late.
 """
@@ -14,6 +15,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
+HAND_WORK = 1.7  # of a live stream with 100 to 250 updates a second, over that of one whose scan goes on by itself
 WINDOW_SECONDS = 1.0  # shorter: one stall decides; longer: a burst of streams is noticed too late
 
 
@@ -37,7 +39,8 @@ class LoadMeter:
         self._looks: deque[Look] = deque()
         self._late, self._blocks = 0.0, 0
         self._begun: deque[float] = deque()
-        self.streams = 0
+        self._moved: dict[int, float] = {}
+        self.streams = self.live = 0
 
     def sent(self, late: float) -> None:
         """Count a block that was `late` seconds late."""
@@ -65,6 +68,22 @@ class LoadMeter:
         if not self._looks or self._blocks == self._looks[0].blocks:
             return 0.0
         return (self._late - self._looks[0].late) / (self._blocks - self._looks[0].blocks)
+
+    def moved(self, stream: int) -> None:
+        """Note that a hand moves the live stream of this number, any that is its own."""
+        self._moved[stream] = self._clock()
+
+    @property
+    def resting(self) -> int:
+        """The number of live streams that no hand moved in the last second."""
+        since = self._clock() - WINDOW_SECONDS
+        self._moved = {stream: when for stream, when in self._moved.items() if when > since}
+        return max(0, self.live - len(self._moved))
+
+    @property
+    def expected(self) -> float:
+        """`busy`, if hands moved the resting live streams too; may exceed 1."""
+        return self.busy * (1.0 + (HAND_WORK - 1.0) * self.resting / max(self.streams, 1))
 
     def begins(self) -> None:
         """Note that a stream is admitted now: its load is not measured yet."""

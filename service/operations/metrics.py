@@ -160,12 +160,14 @@ class Metrics:
         """Count a stream that opened. kind: http, live or play."""
         self._streams[kind].inc()
         self.load.streams += 1
+        self.load.live += kind == "live"
         self._opened[kind].inc()
 
     def stream_closed(self, kind: str) -> None:
         """Count a stream that ended; call it once for each that was opened."""
         self._streams[kind].dec()
         self.load.streams -= 1
+        self.load.live -= kind == "live"
 
     def block_sent(self, kind: str, frames: int, late_seconds: float | None = None, skipped: float = 0.0) -> None:
         """Count a block that was sent.

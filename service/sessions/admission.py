@@ -1,8 +1,9 @@
 """Whether one more stream may begin, by the load that is measured.
 
-Model: a new stream is refused where the event loop is busy or its blocks are late, so that those that were admitted
-    keep their blocks. The load of a new stream shows after PROVEN_SECONDS; until then it counts as unproven. MANY may
-    be at a time while the loop has room, one in ONE_IN from half of the bounds on; the others wait for their turn.
+Model: a new stream is refused where the event loop is busy, or would be if hands moved all live streams, or where blocks
+    are late. So those that were admitted keep their blocks. The load of a new stream shows after PROVEN_SECONDS; until
+    then it counts as unproven. MANY may be at a time while the loop has room, one in ONE_IN from half of the bounds on;
+    the others wait for their turn.
 Limits: per process. Streams that are under way are never ended; a stream that becomes heavier may make all late.
 """
 
@@ -36,7 +37,7 @@ async def stream_admitted(load: LoadMeter, full_at: float) -> None:
                 raise _full("More streams begin than the service can measure.", 1)
             await sleep(LOOK_SECONDS)
             waited += LOOK_SECONDS
-        if load.streams >= FEW and (load.busy > full_at or load.late > LATE_SECONDS):
+        if load.streams >= FEW and (load.expected > full_at or load.late > LATE_SECONDS):
             raise _full(_measured(load, full_at), RETRY_SECONDS)
     load.begins()
 
@@ -51,8 +52,11 @@ def _unproven(load: LoadMeter, full_at: float) -> int:
 def _measured(load: LoadMeter, full_at: float) -> str:
     """Return what was measured, and what to change."""
     busy = f"{100.0 * load.busy:.0f} % of the time"
-    if load.busy > full_at:
-        cause = f"was busy for {busy} (RIDGEWAVE_FULL_AT: {100.0 * full_at:.0f} %)"
+    if load.expected > full_at:
+        cause = f"was busy for {busy}"
+        if load.busy <= full_at:
+            cause += f", which would be {100.0 * load.expected:.0f} % if hands moved its {load.resting} resting streams"
+        cause += f" (RIDGEWAVE_FULL_AT: {100.0 * full_at:.0f} %)"
         mend = "End other streams, ask for longer blocks, or run more workers."
     else:
         cause = f"was busy for {busy} only, but its blocks were {1e3 * load.late:.0f} ms late"

@@ -17,7 +17,8 @@ from __future__ import annotations
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.profile_solver import SegmentGrid, begin_place, knots_over
+from synth.contact.profile_solver import SegmentGrid
+from synth.contact.segment_kernels import begin_place, knots_over
 from synth.kernels import kernel, summing
 
 LEVEL = 1e-3  # of y: on a segment that rises by less, a series gives the mean of a power, to a relative error of 1e-14

@@ -201,8 +201,8 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
         solved = _with_motion(solved, cache, exact=exact)
     if solved.effects is None:
         return solved
-    solved = _with_stages(solved, solved.effects, cache, exact=exact)
-    level = () if solved.live else level_of_effects(scene, solved.effects)
+    solved, effects = _with_stages(solved, solved.effects, cache, exact=exact)
+    level = () if solved.live else level_of_effects(scene, effects)
     return replace(solved, warnings=(*solved.warnings, *level))
 
 
@@ -320,11 +320,13 @@ def _with_effects(solved: Preparation, shapes: PreparedEffects) -> Preparation:
     return replace(solved, effects=effects, channels=channels)
 
 
-def _with_stages(solved: Preparation, effects: PreparedEffects, cache: ResponseCache, *, exact: bool) -> Preparation:
-    """Return `solved` with the stages of the effects on the output, which read its channels."""
+def _with_stages(
+    solved: Preparation, effects: PreparedEffects, cache: ResponseCache, *, exact: bool
+) -> tuple[Preparation, PreparedEffects]:
+    """Return `solved` with the stages of the effects on the output, which read its channels, and the effects."""
     stages = tuple(effect.prepare(solved, settings, cache) for effect, settings in outputs_of(solved.scene))
     effects = replace(effects, stages=stages)
     read = solved.table is not None or solved.direct is not None
     limit = NEARLY * solved.tolerance if not read or exact else max(FELT, solved.tolerance)
     warnings = (*solved.warnings, *effects.warnings(solved.tolerance, limit, solved.channels))
-    return replace(solved, effects=effects, warnings=warnings)
+    return replace(solved, effects=effects, warnings=warnings), effects

@@ -74,6 +74,20 @@ def test_a_refusal_says_what_was_measured_and_what_to_change(busy: float, late: 
     assert admitted(meter) == "", "a few streams are always admitted"
 
 
+def test_streams_that_no_hand_moves_yet_count_as_if_one_did() -> None:
+    times = Times()
+    meter = times.meter(streams=40)
+    meter.live = 40
+    times.pass_by(meter, 2.0, busy=0.6)
+    refused = admitted(meter)
+    assert "60 % of the time, which would be 102 % if hands moved its 40 resting streams" in refused
+    for stream in range(30):
+        meter.moved(stream)
+    assert admitted(meter) == "" and meter.resting == 10, "their work is in what was measured"
+    times.pass_by(meter, 1.5, busy=0.6)
+    assert meter.resting == 40 and admitted(meter), "their hands have gone"
+
+
 def test_a_process_with_room_admits() -> None:
     times = Times()
     meter = times.meter(streams=40)
