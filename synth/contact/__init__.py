@@ -6,7 +6,7 @@ groups            eqs 6-7   dimensionless groups
 load_balance      eq. 1     one contact: its geometry and stiffness, and the choice of its solver
 full_contact                full contact in closed form
 exact_solver                the approach z of two cosines, to round-off; `patches` measures one cell
-profile_solver              the approach z of any profile, on the segments of `polyline`; its loops are `segment_kernels`
+profile_solver              the approach z of any profile, on the segments of `polyline` (`segment_kernels`)
 fingertip, fingertip_solver the approach z of a fingertip with ridges over an area, on a texture along a line
 area_contact                a finger on a height field: its cells (`area_grid`), the texture (`area_texture`), the
                             solver (`area_solver`) and motion across it (`area_path`)
