@@ -1,9 +1,9 @@
 """Whether one more stream may begin, by the load that is measured.
 
 Model: a new stream is refused where the event loop is busy, or would be if hands moved all live streams, or where
-    blocks are late. So those that were admitted keep their blocks. The load of a new stream shows after PROVEN_SECONDS; until
-    then it counts as unproven. MANY may be at a time while the loop has room, one in ONE_IN from half of the bounds on;
-    the others wait for their turn.
+    blocks are late. So those that were admitted keep their blocks. The load of a new stream shows after
+    PROVEN_SECONDS; until then it counts as unproven. MANY may be at a time while the loop has room, one in ONE_IN
+    from half of the bounds on; the others wait for their turn.
 Limits: per process. Streams that are under way are never ended; a stream that becomes heavier may make all late.
 """
 
