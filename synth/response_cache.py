@@ -22,7 +22,7 @@ from synth.held_memory import CountsItself, Held, bytes_together, held_by
 from synth.kept_files import FileEntry, KeptFiles
 
 DEFAULT_BYTES = 256 << 20
-PART_BYTES = 128 << 20
+PART_BYTES = 512 << 20
 LEAST_PARTS = 32 << 20  # a fingertip on a line makes its parts in 12 MB; with less they are made again for each load
 
 T = TypeVar("T")
