@@ -19,13 +19,16 @@ Limits  Exact at the points and for straight lines. For a smooth motion with poi
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.scene.point_spacing import merged_places, spaced_times
+from synth.scene.scan_section import Point
 from synth.scene.scene import Scene
 
 CLOSE_ENDS, LEAST_DURATION = 0.01, 2e-3  # of the output, s: a recording that ends as near as this ends with it
@@ -81,9 +84,19 @@ class RecordedMotion:
 
     @classmethod
     def of(cls, scene: Scene) -> RecordedMotion:
-        """Return the motion of the trajectory of `scene`."""
-        assert scene.scan.trajectory is not None
-        recorded = np.array(scene.scan.trajectory)
+        """Return the motion of the trajectory of `scene`. The latest are kept, since each stage asks for it."""
+        points = scene.scan.trajectory
+        assert points is not None
+        for known, made in tuple(_latest):
+            if known is points:
+                return made
+        made = cls._through(points)
+        _latest.append((points, made))
+        return made
+
+    @classmethod
+    def _through(cls, points: tuple[Point, ...]) -> RecordedMotion:
+        recorded = np.fromiter(chain.from_iterable(points), float).reshape(len(points), -1)
         recorded[:, 0] -= recorded[0, 0]
         times, *places, loads = recorded.T
         if len(places) > 1:  # a finger at x, y: the surface has moved the other way
@@ -106,6 +119,10 @@ class RecordedMotion:
         moments = np.append(looked.ravel(), knots[-1])
         across = 0.0 if self.area is None else self.area[0].slope(moments)
         return float(np.max(np.hypot(self.place.slope(moments), across)))
+
+
+_latest: deque[tuple[tuple[Point, ...], RecordedMotion]] = deque(maxlen=4)
+"""Trajectories, compared by identity, and their motions."""
 
 
 def rendered_part(scene: Scene) -> tuple[Scene, tuple[str, ...]]:
