@@ -70,7 +70,7 @@ class Hand(NamedTuple):
         scene, over_area = voice.scene, voice.over_area
         simulated = kinds()[scene.texture.kind].of_area and not over_area
         turns = may_turn(scene) and not over_area
-        return cls(voice.lowest_load, over_area, simulated, turns, scene.finger.kind == "probe")
+        return cls(voice.lowest_load, over_area, simulated, turns, scene.finger.traits.round)
 
 
 def split(data: bytes) -> tuple[bytes, int]:

@@ -22,6 +22,7 @@ from pydantic import Field
 
 from synth.effects.effect import BalanceEffect, Price
 from synth.effects.simulation.terms import Adhesion, Terms
+from synth.scene.finger_section import KINDS
 from synth.scene.quantity import Dimension
 from synth.scene.rules import Quantity
 from synth.scene.scene import Scene
@@ -48,7 +49,7 @@ class AdhesionEffect(BalanceEffect):
     summary = "Surfaces attract each other: pull-in, pull-off, and loads below 0 N that pull."
     settings = AdhesionSettings
     replaces = "the law of the pressure"
-    fingers = "comb", "fingertip", "probe"
+    fingers = tuple(KINDS)
     areas = True
     lowest_load = -LARGEST_PULL
     price = Price(830.0, 6_400_000)
@@ -57,10 +58,9 @@ class AdhesionEffect(BalanceEffect):
         """See `Effect`."""
         law = f"Surfaces attract each other with {settings.stress:.4g} Pa up to a gap of {1e6 * settings.reach:.4g} um"
         finger = scene.finger
-        if finger.kind == "probe":  # its area follows the load
+        if finger.traits.round:  # its area follows the load
             return f"{law}."
-        width = finger.width if finger.kind == "fingertip" else finger.contact_length
-        return f"{law}: {settings.stress * finger.contact_length * width:.3g} N where the whole contact touches."
+        return f"{law}: {settings.stress * finger.contact_length * finger.width:.3g} N where the whole contact touches."
 
     def balanced(self, terms: Terms, settings: AdhesionSettings) -> Terms:
         """See `BalanceEffect`."""

@@ -24,6 +24,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from synth.effects.simulation.terms import Terms
+from synth.scene.finger_section import STRAIGHT
 from synth.scene.scene import Scene
 from synth.scene.section import Section
 
@@ -74,7 +75,7 @@ class Effect(ABC):
     replaces: str = ""
     without_auto: str = ""
     lowest_load: float = 0.0
-    fingers: tuple[str, ...] = ("comb",)
+    fingers: tuple[str, ...] = STRAIGHT
     areas: bool = False
     units: Mapping[str, str] = MappingProxyType({})
 

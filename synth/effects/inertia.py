@@ -27,6 +27,7 @@ from pydantic import Field
 
 from synth.effects.effect import BalanceEffect, Price
 from synth.effects.simulation.terms import Terms
+from synth.scene.finger_section import KINDS
 from synth.scene.quantity import Dimension
 from synth.scene.rules import Quantity
 from synth.scene.scene import Scene
@@ -56,7 +57,7 @@ class Inertia(BalanceEffect):
     summary = "A mass on the pulp, a spring and a damper, moved by the contact, with loss of contact and bounce."
     settings = InertiaSettings
     replaces = "the mass of the finger"
-    fingers = "comb", "fingertip", "probe"
+    fingers = tuple(KINDS)
     areas = True
     price = Price(800.0, 3_200_000)
 

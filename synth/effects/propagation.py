@@ -30,6 +30,7 @@ from pydantic import Field
 
 from synth.effects.effect import OutputEffect, Price
 from synth.errors import Fault, SceneError
+from synth.scene.finger_section import KINDS
 from synth.scene.quantity import Dimension
 from synth.scene.rules import Choice, Quantity
 from synth.scene.scene import Scene
@@ -89,7 +90,7 @@ class Propagation(OutputEffect["Preparation"]):
         'It adds a channel and changes no other, so "auto" has no difference to measure. Write {} or leave it out.'
     )
     units: Mapping[str, str] = MappingProxyType({ADDED + quantity: unit for quantity, unit in UNITS.items()})
-    fingers = "comb", "fingertip", "probe"
+    fingers = tuple(KINDS)
     areas = True
     price = Price(27.0, 280_000)
 

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import Field
 
 from synth.effects.effect import OutputEffect, Price
+from synth.scene.finger_section import KINDS
 from synth.scene.quantity import Dimension
 from synth.scene.rules import Quantity
 from synth.scene.scene import Scene
@@ -63,7 +64,7 @@ class Tangential(OutputEffect["Preparation"]):
 
     name = "tangential"
     has_table = True
-    fingers = "comb", "fingertip", "probe"
+    fingers = tuple(KINDS)
     summary = "The horizontal force of slopes and friction, as an additional channel."
     settings = TangentialSettings
     without_auto = (

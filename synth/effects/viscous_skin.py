@@ -22,6 +22,7 @@ from pydantic import Field
 
 from synth.effects.effect import BalanceEffect, Price
 from synth.effects.simulation.terms import Skin, Terms
+from synth.scene.finger_section import KINDS
 from synth.scene.quantity import Dimension
 from synth.scene.rules import Choice, Fields, Quantity, Refusal, refusal
 from synth.scene.scene import Scene
@@ -88,7 +89,7 @@ class ViscousSkin(BalanceEffect):
     settings = SkinSettings
     replaces = "the law of the pressure"
     needs_fixed_ends = True
-    fingers = "comb", "fingertip", "probe"
+    fingers = tuple(KINDS)
     areas = True
     price = Price(5200.0, 250_000)
 

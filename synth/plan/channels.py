@@ -142,7 +142,7 @@ class SteadyScan(Request):
         """Whether the ridges of a comb may cancel the lines of the texture: it spans a period, and moves."""
         scene, whole = self.scene, self.stretch is None and not self.spectrum.closed
         spans = scene.texture.period <= scene.finger.contact_length
-        return whole and spans and scene.finger.kind == "comb" and scene.scan.speed != 0.0
+        return whole and spans and scene.finger.traits.straight and scene.scan.speed != 0.0
 
     def warning(self, channel: ChannelPlan, tolerance: float) -> str:
         """Return a warning if a channel misses the tolerance by more than round-off, or ""."""

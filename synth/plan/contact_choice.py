@@ -39,7 +39,7 @@ def contact_in_cells(asked: Request, cache: ResponseCache, tolerance: float, *, 
 
 def on_line(asked: Request, geometry: Geometry) -> bool:
     """Return whether a fingertip, which has columns, is on a texture along a line."""
-    return asked.scene.finger.kind == "fingertip" and not isinstance(geometry.profile, HeightField)
+    return asked.scene.finger.traits.of_area and not isinstance(geometry.profile, HeightField)
 
 
 def _over_area(

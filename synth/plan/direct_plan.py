@@ -128,7 +128,7 @@ def may_turn(scene: Scene) -> bool:
 
     A probe is round, and no effect may simulate the line.
     """
-    line = not isinstance(profile_of(scene), HeightField) and scene.finger.kind != "probe"
+    line = not isinstance(profile_of(scene), HeightField) and not scene.finger.traits.round
     turns = all(declaration(name).areas for name in scene.effects)
     return line and turns and not any(asked_effects(scene, Kind.BALANCE))
 

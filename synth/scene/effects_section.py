@@ -22,7 +22,7 @@ from typing import Any, Protocol
 
 from pydantic import ValidationError
 
-from synth.scene.finger_section import FIELDS as FINGERS
+from synth.scene.finger_section import KINDS as FINGERS
 from synth.scene.output_section import FULL_SCALE_RANGES
 from synth.scene.rules import MOST_FAULTS, Refusal, Rule, nearest, refusal, refusals_of, refuse, refused
 from synth.scene.section import Section, needs_schema, plain, section_schema

@@ -11,6 +11,7 @@ Source: the mean ridge period of a fingertip, 0.46 mm (0.4 to 0.5 mm), and heigh
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 from pydantic import Field
@@ -40,34 +41,53 @@ TIP = ("tip_radius",)
 PRINT = ("contact_width", "pattern", "spacing_spread", "direction_spread", "height_spread", "seed")
 EVERY = ("kind", "contact_length", "youngs_modulus", "poisson_ratio", "stiffness")
 
-FIELDS = {
-    "comb": (*EVERY, *RIDGES),
-    "fingertip": (*EVERY, *RIDGES, *PRINT),
-    "probe": ("kind", *TIP, "youngs_modulus", "poisson_ratio"),
-}
-"""The fields of each kind of finger."""
 
-DEFAULTS: dict[str, Fields] = {
-    "comb": {},
-    "fingertip": {
-        "ridge_period": 0.46e-3,
-        "pattern": "loop",
-        "spacing_spread": 0.3,
-        "direction_spread": 0.3,
-        "height_spread": 0.3,
-        "seed": 0,
-    },
-    "probe": {"tip_radius": 1e-3, "youngs_modulus": 3e9, "poisson_ratio": 0.37},
+@dataclass(frozen=True, slots=True)
+class FingerKind:
+    """What the engine needs to know about a kind of finger. `contact.scene_contact` makes its contact.
+
+    summary: what it is, in words.
+    fields: its fields. Without `ridge_amplitude` it has no ridges; without `contact_length` it is `tip_radius` long.
+    defaults: defaults that differ from those of the fields.
+    straight: whether it touches along a line, over `contact_length` at every load, and may cancel lines of a texture.
+    round: whether its direction changes nothing.
+    of_area: whether its heights vary across, so that it is solved over an area on every texture.
+    """
+
+    summary: str
+    fields: tuple[str, ...]
+    defaults: Fields = field(default_factory=dict)
+    straight: bool = False
+    round: bool = False
+    of_area: bool = False
+
+
+_FINGERTIP: Fields = {
+    "ridge_period": 0.46e-3,
+    "pattern": "loop",
+    "spacing_spread": 0.3,
+    "direction_spread": 0.3,
+    "height_spread": 0.3,
+    "seed": 0,
 }
-"""Defaults that differ from those of the field."""
+_PROBE: Fields = {"tip_radius": 1e-3, "youngs_modulus": 3e9, "poisson_ratio": 0.37}
+
+KINDS = {
+    "comb": FingerKind("the finger of the paper", (*EVERY, *RIDGES), straight=True),
+    "fingertip": FingerKind("curved unequal ridges, round", (*EVERY, *RIDGES, *PRINT), _FINGERTIP, of_area=True),
+    "probe": FingerKind("a smooth tip", ("kind", *TIP, "youngs_modulus", "poisson_ratio"), _PROBE, round=True),
+}
+"""Every kind of finger."""
+
+STRAIGHT = tuple(name for name, kind in KINDS.items() if kind.straight)
+"""Kinds whose length an effect of kind SHAPE may set."""
 
 
 class Finger(Section):
     """The finger: its ridges on an elastic skin."""
 
-    kind: Annotated[str, Choice(tuple(FIELDS))] = Field(
-        default="comb",
-        description="comb: the finger of the paper; fingertip: curved unequal ridges, round; probe: a smooth tip.",
+    kind: Annotated[str, Choice(tuple(KINDS))] = Field(
+        default="comb", description="; ".join(f"{name}: {kind.summary}" for name, kind in KINDS.items()) + "."
     )
     ridge_period: Annotated[float, Quantity(Dimension.LENGTH, 1e-5, 1e-2, usual=2e-3)] = Field(
         default=0.5e-3,
@@ -121,28 +141,37 @@ class Finger(Section):
     def completed(cls, given: Fields) -> Fields:
         """Add the defaults of the kind."""
         kind = given.get("kind", "comb")
-        return {**DEFAULTS[kind], **given} if isinstance(kind, str) and kind in FIELDS else given
+        return {**KINDS[kind].defaults, **given} if isinstance(kind, str) and kind in KINDS else given
 
     @classmethod
     def conflicts(cls, given: Fields) -> list[Refusal]:
         """Refuse fields of other kinds, and an amplitude given twice."""
         kind = given.get("kind", "comb")
-        if not isinstance(kind, str) or kind not in FIELDS:
+        if not isinstance(kind, str) or kind not in KINDS:
             return []
-        found = [_foreign(given, field, kind) for field in given if field not in FIELDS[kind]]
+        found = [_foreign(given, name, kind) for name in given if name not in KINDS[kind].fields]
         return found + amplitude_twice(given, "ridge_amplitude")
 
     @classmethod
     def needs(cls, name: str) -> dict[str, list[str]]:
         """Return the kinds that have the field, where not every kind has it."""
-        owners = [kind for kind, fields in FIELDS.items() if name in fields]
-        return {} if len(owners) == len(FIELDS) else {"finger.kind": owners}
+        owners = [kind for kind, one in KINDS.items() if name in one.fields]
+        return {} if len(owners) == len(KINDS) else {"finger.kind": owners}
 
     def derived(self) -> Fields:
-        """Return the amplitude if a roughness was given. A probe has no ridges, and a contact as long as its radius."""
-        if self.kind == "probe":
-            return {"ridge_amplitude": 0.0, "contact_length": self.tip_radius}
-        return {} if self.roughness is None else {"ridge_amplitude": amplitude_of(self.roughness), "roughness": None}
+        """Return the amplitude of a given roughness, or of a finger without ridges, and the length of a tip."""
+        fields = self.traits.fields
+        found: Fields = {} if "contact_length" in fields else {"contact_length": self.tip_radius}
+        if "ridge_amplitude" not in fields:
+            return found | {"ridge_amplitude": 0.0}
+        if self.roughness is None:
+            return found
+        return found | {"ridge_amplitude": amplitude_of(self.roughness), "roughness": None}
+
+    @property
+    def traits(self) -> FingerKind:
+        """The declaration of its kind."""
+        return KINDS[self.kind]
 
     @property
     def width(self) -> float:
@@ -151,12 +180,12 @@ class Finger(Section):
 
     def document(self) -> dict[str, Any]:
         """Return the fields of its kind, without the kind "comb", the roughness, or a stiffness or width of None."""
-        gone = [field for field in type(self).model_fields if field not in FIELDS[self.kind]]
+        gone = [name for name in type(self).model_fields if name not in self.traits.fields]
         gone += ["roughness", *(name for name in ("stiffness", "contact_width") if getattr(self, name) is None)]
         return without(super().document(), *gone, *(("kind",) if self.kind == "comb" else ()))
 
 
-def _foreign(given: Fields, field: str, kind: str) -> Refusal:
-    owners = " or ".join(f'"{name}"' for name, fields in FIELDS.items() if field in fields)
+def _foreign(given: Fields, name: str, kind: str) -> Refusal:
+    owners = " or ".join(f'"{owner}"' for owner, one in KINDS.items() if name in one.fields)
     hint = f"Leave it out. It is a field of kind {owners}: write finger.kind too."
-    return refusal([field], given[field], f'the fields of kind "{kind}": {", ".join(FIELDS[kind])}', hint)
+    return refusal([name], given[name], f'the fields of kind "{kind}": {", ".join(KINDS[kind].fields)}', hint)

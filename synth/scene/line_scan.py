@@ -40,7 +40,7 @@ def as_written(scene: Scene) -> Scene:
 
 def turned_on_line(scene: Scene) -> bool:
     """Return whether a finger is turned on a texture along a line, so that the texture is an area to it."""
-    return scene.scan.turned and scene.finger.kind != "probe" and not kinds()[scene.texture.kind].of_area
+    return scene.scan.turned and not scene.finger.traits.round and not kinds()[scene.texture.kind].of_area
 
 
 def along_x(scene: Scene) -> Scene:

@@ -31,6 +31,7 @@ from synth.response.spectrum import Complex, Demand, Spectrum, curves, points_fo
 from synth.response.table import ResponseTable
 from synth.response.table_reader import TableReader
 from synth.response_cache import ResponseCache
+from synth.scene.finger_section import KINDS
 from synth.voice.table_reading import HandReader, ScanReader, TableChannels, delayed
 
 QUANTITY = "tangential_force"
@@ -115,7 +116,8 @@ class TangentialStage:
         scan = solved.scene.scan
         if law.pressure_exponent != 1.0 and not solved.contact.of_one_line:
             allowed = "1 under a fingertip, for which the pressure of each place is not computed"
-            hint = 'Write a pressure_exponent of 1, or finger.kind "comb" or "probe".'
+            others = " or ".join(f'"{name}"' for name, kind in KINDS.items() if not kind.of_area)
+            hint = f"Write a pressure_exponent of 1, or finger.kind {others}."
             value = f"{law.pressure_exponent:g}"
             raise SceneError([Fault("/effects/tangential/pressure_exponent", value, allowed, hint)])
         direction, mean = math.tanh(scan.speed / law.reversal_speed), law.friction_coefficient * scan.load

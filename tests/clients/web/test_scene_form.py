@@ -8,7 +8,7 @@ import pytest
 
 from synth.errors import SceneError
 from synth.scene.effects_section import declaration, effect_names
-from synth.scene.finger_section import FIELDS
+from synth.scene.finger_section import KINDS
 from synth.scene.scene import parse_scene
 from synth.scene.texture_registry import kinds, kinds_with
 from tests.clients.web.form import PERIOD, REFUSED, at, scene_of, written
@@ -111,7 +111,7 @@ FIELDS_NEED: dict[str, dict[str, Any]] = {
 def of_its_kind(scene: Any, path: tuple[str, ...]) -> Any:
     """Return the scene with the kind of texture or finger that has the field, and what the field needs."""
     if path[0] == "finger" and scene.get("finger"):
-        kind = next((kind for kind, names in FIELDS.items() if path[-1] in names), "comb")
+        kind = next((kind for kind, one in KINDS.items() if path[-1] in one.fields), "comb")
         return scene | {"finger": {"kind": kind, **scene["finger"]}}
     if path[0] != "texture" or not scene.get("texture"):
         return scene
@@ -197,12 +197,12 @@ def visible(page: Page, section: str) -> set[str]:
     return {name for name, *inner in page.evaluate(f"() => {shown}.map((path) => path.slice(1))") if not inner}
 
 
-@pytest.mark.parametrize("kind", FIELDS)
+@pytest.mark.parametrize("kind", KINDS)
 def test_the_form_shows_the_fields_of_the_finger_and_offers_the_effects_that_it_has(
     still_page: Page, kind: str
 ) -> None:
     still_page.evaluate("(kind) => ridgewave.state.take({finger: {kind}})", kind)
-    assert visible(still_page, "finger") == set(FIELDS[kind])
+    assert visible(still_page, "finger") == set(KINDS[kind].fields)
     offered = visible(still_page, "effects")
     for name in effect_names():
         scene = {"finger": {"kind": kind}, "effects": {name: {}}}

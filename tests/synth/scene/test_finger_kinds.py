@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -10,18 +12,20 @@ import pytest
 from synth import explain
 from synth.errors import SceneError
 from synth.scene.effects_section import effect_names
-from synth.scene.finger_section import DEFAULTS, FIELDS, PRINT, TIP, Finger
+from synth.scene.finger_section import KINDS, PRINT, TIP, Finger
 from synth.scene.rules import Quantity
 from synth.scene.scene import parse_scene, scene_document
 from synth.scene.section import rule_of
 
+ROOT = Path(__file__).resolve().parents[3]
 
-@pytest.mark.parametrize("kind", FIELDS)
+
+@pytest.mark.parametrize("kind", KINDS)
 def test_a_kind_has_its_defaults_and_its_document_reads_back(kind: str) -> None:
     scene = parse_scene({"finger": {"kind": kind}})
-    assert {name: getattr(scene.finger, name) for name in DEFAULTS[kind]} == DEFAULTS[kind]
+    assert {name: getattr(scene.finger, name) for name in KINDS[kind].defaults} == KINDS[kind].defaults
     written = scene_document(scene)["finger"]
-    assert set(written) <= set(FIELDS[kind])
+    assert set(written) <= set(KINDS[kind].fields)
     assert parse_scene({"finger": written}) == scene
 
 
@@ -67,12 +71,11 @@ def test_a_finger_is_refused_with_what_to_write_instead(name: str) -> None:
     assert fault.pointer == pointer and hint in fault.hint
 
 
-@pytest.mark.parametrize("kind", ["comb", "fingertip", "probe"])
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("effect", effect_names())
 def test_an_effect_is_refused_with_a_finger_that_cannot_have_it(effect: str, kind: str) -> None:
     scene = {"finger": {"kind": kind}, "effects": {effect: {}}}
-    only = {"contact_growth": ["comb"], "curvature": ["comb"]}
-    if kind in only.get(effect, [kind]):
+    if kind == "comb" or effect not in ("contact_growth", "curvature"):
         parse_scene(scene)
         return
     with pytest.raises(SceneError) as refused:
@@ -100,3 +103,11 @@ def test_the_plan_warns_where_a_comb_cancels_the_fundamental_and_not_of_a_finger
 )
 def test_the_plan_blames_no_comb_for_a_line_that_the_texture_does_not_have(texture: dict[str, object]) -> None:
     assert not [text for text in explain({"texture": texture}).warnings if "u / lambda2" in text]
+
+
+def test_two_files_know_the_kinds_of_finger_by_name() -> None:
+    """Others ask for a trait of `FingerKind`, so that a new kind is complete with its declaration and its contact."""
+    named = re.compile(rf'finger\.kind (==|!=|in|not in) .*"({"|".join(KINDS)})"')
+    files = [path for folder in ("synth", "service", "clients") for path in (ROOT / folder).rglob("*.py")]
+    knowing = {path.name for path in files if named.search(path.read_text("utf-8"))}
+    assert knowing <= {"finger_section.py", "scene_contact.py"}
