@@ -163,6 +163,11 @@ class RoundContact(Contact):
         _spanned(geometry, finger, 0.0)  # raises where it is too flat
         return cls(geometry, stiffness, finger)
 
+    def under(self, law: Stiffness) -> RoundContact:
+        """See `Contact`: the finger keeps its radius."""
+        finger = RoundFinger.of(law, self.finger.radius, self.finger.reference_load)
+        return replace(self, stiffness=law, finger=finger)
+
     @cached_property
     def grid(self) -> PhaseSolver:
         """The solver at no load."""

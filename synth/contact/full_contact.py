@@ -43,7 +43,7 @@ def mean_sine_factor(turns: float) -> float:
 def full_contact(geometry: Geometry, stiffness: Stiffness, load: float) -> FullContact | None:
     """Return z of the full contact at `load` (N), or None where the contact may not be full at every phase."""
     # z is not one sinusoid, or its mean does not grow as w^1.5, which tables assume; the solver then takes one step
-    if geometry.profile is not None or stiffness.given is not None:
+    if geometry.profile is not None or stiffness.load_exponent != 1.5:
         return None
     a1, a2 = geometry.ridge_amplitude, geometry.texture_amplitude
     indentation = stiffness.indentation(load)

@@ -116,6 +116,10 @@ class Contact:
         """Return this contact on other surfaces."""
         return replace(self, geometry=geometry)
 
+    def under(self, law: Stiffness) -> Self:
+        """Return this contact with another law of the stiffness, of the same surfaces and length."""
+        return replace(self, stiffness=law)
+
     def as_profile(self) -> Contact:
         """Return this contact with its texture as a profile: the integrals of the pressure are sums over segments."""
         return self.on(self.geometry.as_profile())

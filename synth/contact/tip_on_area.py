@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import ClassVar, Self
 
 import numpy as np
@@ -44,12 +45,14 @@ class TipOnArea(ContactOnArea):
     geometry: over a length R about the middle of the tip.
     stiffness: of eqs 4-5 at this length.
     tip: the probe along a line, with its foundation.
-    span: diameter (m) of what may touch.
+    heaviest: load (N), up to which nothing touches beyond `span`.
+    deeper: distance (m) by which z may be lower than at that load.
     """
 
     of_any_direction = True
     tip: RoundFinger = field(kw_only=True)
-    span: float = field(kw_only=True)
+    heaviest: float = field(kw_only=True)
+    deeper: float = field(kw_only=True, default=0.0)
 
     @classmethod
     def of(
@@ -61,8 +64,18 @@ class TipOnArea(ContactOnArea):
         The other arguments are as of the class.
         """
         tip = RoundFinger.of(stiffness, geometry.contact_length, 1.0)
-        span = touched(geometry, tip, heaviest)
-        return cls(geometry, stiffness, line, coarser, refines, tip=tip, span=span)
+        heaviest = max(heaviest, USUAL_LOAD)
+        touched(geometry, tip, heaviest)  # raises where it is too flat
+        return cls(geometry, stiffness, line, coarser, refines, tip=tip, heaviest=heaviest)
+
+    @cached_property
+    def span(self) -> float:
+        """Diameter (m) of what may touch."""
+        return touched(self.geometry, self.tip, self.heaviest, self.deeper)
+
+    def under(self, law: Stiffness) -> Self:
+        """See `Contact`: the tip keeps its radius."""
+        return replace(self, stiffness=law, tip=RoundFinger.of(law, self.tip.radius, 1.0))
 
     @property
     def lattice(self) -> tuple[tuple[float, float], float]:
@@ -87,7 +100,7 @@ class TipOnArea(ContactOnArea):
 
     def over_loads(self, heaviest: float, deeper: float = 0.0) -> Self:
         """See `Contact`."""
-        return replace(self, span=touched(self.geometry, self.tip, heaviest, deeper))
+        return replace(self, heaviest=max(heaviest, USUAL_LOAD), deeper=deeper)
 
     @property
     def stiffness_exponent(self) -> float:
@@ -113,13 +126,13 @@ def volume(tip: RoundFinger, load: float) -> float:
 
 
 def touched(geometry: Geometry, tip: RoundFinger, heaviest: float, deeper: float = 0.0) -> float:
-    """Return the diameter (m) of what may touch at any place, at `heaviest` (N) or USUAL_LOAD.
+    """Return the diameter (m) of what may touch at any place, at `heaviest` (N).
 
     deeper: distance (m) by which z may be lower.
     """
-    load, (low, high) = max(heaviest, USUAL_LOAD), geometry.extent
-    pressed = math.sqrt(volume(tip, load) / (math.pi * tip.radius))  # on a plate: z is never lower than on one
-    return span_of(tip, high - low + pressed + deeper, load)
+    low, high = geometry.extent
+    pressed = math.sqrt(volume(tip, heaviest) / (math.pi * tip.radius))  # on a plate: z is never lower than on one
+    return span_of(tip, high - low + pressed + deeper, heaviest)
 
 
 @kept

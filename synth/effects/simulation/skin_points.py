@@ -183,6 +183,7 @@ class Span:
     def of(cls, contact: Contact, heaviest: float) -> Span:
         """Return the span of points over the length of `contact` at `heaviest` (N)."""
         if not isinstance(contact, GrowingContact):
+            assert contact.of_one_surface, "points follow the ends of a `GrowingContact` only"
             return WHOLE
         growth, whole = contact.growth, contact.length(heaviest)
         coefficient = contact.geometry.contact_length / whole / growth.reference_load**growth.exponent

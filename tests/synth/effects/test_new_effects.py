@@ -1,0 +1,69 @@
+"""An effect is one file: one of each kind, in `added`, works with the fingers, the textures and the other effects."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import synth.effects
+from synth import open_voice, parse_scene
+from synth.scene.effects_section import effect_names
+from tests.synth.effects.effect_cases import QUICK
+from tests.synth.engine_cases import Real, physical
+
+ADDED = str(Path(__file__).parent / "added")
+SOFT, LOAD = 101.2e3, 0.3  # Pa, N: Young's modulus and load of the default scene
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _added() -> Iterator[None]:
+    """Put the effects of the folder into the registry."""
+    synth.effects.__path__.append(ADDED)
+    effect_names.cache_clear()
+    yield
+    synth.effects.__path__.remove(ADDED)
+    effect_names.cache_clear()
+    sys.modules.pop("synth.effects.stiffening", None)
+
+
+def rendered(effects: dict[str, Any], frames: int = 400, **sections: Any) -> Real:
+    """Return the channels (SI) of a quick scene [frames, channels]."""
+    return physical(open_voice(parse_scene(QUICK | {"effects": effects} | sections)), frames)
+
+
+COMB = {"contact_length": "2.5 mm"}
+TIP = {"kind": "probe", "poisson_ratio": 0.5}
+SHAPES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, Any]]] = {
+    "comb": (COMB, {}, {}),
+    "comb in full contact": (COMB, {"amplitude": "1 um"}, {}),
+    "comb on dots": (COMB, {"kind": "dots"}, {}),
+    "growing": (COMB, {"kind": "grating"}, {"contact_growth": {}}),
+    "round": (COMB, {}, {"curvature": {"radius": "20 mm"}}),
+    "probe": (TIP, {}, {}),
+    "probe on dots": (TIP, {"kind": "dots"}, {}),
+}
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_law_of_the_stiffness_is_that_of_another_modulus(name: str) -> None:
+    """By eqs 4-5, k grows with the power 3/2 of the modulus of a finger on a rigid texture."""
+    finger, texture, others = SHAPES[name]
+    sections = {"texture": texture, "output": QUICK["output"] | {"quantity": "approach"}}
+    law = {"power": 0.3, "reference_load": 0.1}
+    found = rendered(others | {"stiffening": law}, finger=finger | {"youngs_modulus": SOFT}, **sections)
+    stiffer = SOFT * (LOAD / 0.1) ** (0.3 / 1.5)
+    wanted = rendered(others, finger=finger | {"youngs_modulus": stiffer}, **sections)
+    softer = rendered(others, finger=finger | {"youngs_modulus": SOFT}, **sections)
+    assert np.max(np.abs(found - wanted)) < 1e-3 * np.max(np.abs(softer - wanted))
+
+
+def test_a_fingertip_keeps_its_surface_under_another_law() -> None:
+    finger, texture = {"kind": "fingertip", "contact_length": "3 mm"}, {"kind": "grating"}
+    plain = rendered({}, finger=finger, texture=texture)
+    stiffer = rendered({"stiffening": {"power": 0.5}}, finger=finger, texture=texture)
+    assert np.ptp(stiffer - plain) > 0.1 * np.ptp(plain)
