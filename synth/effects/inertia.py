@@ -69,7 +69,8 @@ class Inertia(BalanceEffect):
 
     def balanced(self, terms: Terms, settings: InertiaSettings) -> Terms:
         """See `BalanceEffect`."""
-        return replace(terms, mass=settings.mass, damping=settings.damping, pulp=settings.stiffness)
+        damping, pulp = terms.damping + settings.damping, terms.pulp + settings.stiffness
+        return replace(terms, mass=settings.mass, damping=damping, pulp=pulp)
 
 
 EFFECT = Inertia()

@@ -22,7 +22,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
-from synth.effects.effect import OutputEffect, Price
+from synth.effects.effect import BalanceEffect, OutputEffect, Price
+from synth.scene.effects_section import declaration
 from synth.scene.finger_section import KINDS
 from synth.scene.quantity import Dimension
 from synth.scene.rules import Quantity
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
     from synth.voice.tangential_force import TangentialStage
 
 QUANTITY = "tangential_force"
-BALANCES = ("adhesion", "inertia", "viscous_skin")
 
 
 class TangentialSettings(Section):
@@ -75,7 +75,7 @@ class Tangential(OutputEffect["Preparation"]):
 
     def clash(self, settings: TangentialSettings, others: Mapping[str, Any]) -> tuple[str, str] | None:
         """Refuse an exponent other than 1 with a simulation, which does not keep the pressure of each place."""
-        simulated = [name for name in BALANCES if name in others]
+        simulated = sorted(name for name in others if isinstance(declaration(name), BalanceEffect))
         if settings.pressure_exponent == 1.0 or not simulated:
             return None
         hint = (

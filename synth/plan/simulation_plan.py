@@ -114,6 +114,7 @@ class SimulationPlan:
 
 def plan_simulation(case: SimulationCase, terms: Terms, *, of_points: bool = False) -> SimulationPlan:
     """Return how `case` is simulated with `terms`; of_points: on points even if a table serves it."""
+    assert terms.mass > 0.0 or terms.damping == 0.0, "an effect that adds a damper also gives a mass"
     ends_move = case.load_varies and not case.contact.of_one_surface  # no table serves all loads
     of_points = of_points or terms.skin is not None or ends_move or not case.scene.scan.along_x
     busy, patience = (BUSY, PATIENCE) if case.live else (BUSY_FILE, PATIENCE_FILE)

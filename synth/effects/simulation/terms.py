@@ -120,9 +120,11 @@ class Terms:
     """The terms of one balance.
 
     mass: kg.
-    damping: N s/m.
+    damping: N s/m; needs a mass.
     pulp: stiffness k_p of the spring of the pulp (N/m).
     adhesion, skin: law of the pressure; the spring if both are None.
+
+    Effects add to damping and pulp, and replace the others.
     """
 
     mass: float = 0.0

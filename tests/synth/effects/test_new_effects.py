@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 import synth.effects
-from synth import open_voice, parse_scene
+from synth import explain, open_voice, parse_scene
+from synth.errors import SceneError
 from synth.scene.effects_section import effect_names
 from tests.synth.effects.effect_cases import QUICK
 from tests.synth.engine_cases import Real, physical
@@ -28,7 +29,8 @@ def _added() -> Iterator[None]:
     yield
     synth.effects.__path__.remove(ADDED)
     effect_names.cache_clear()
-    sys.modules.pop("synth.effects.stiffening", None)
+    for name in ("damper", "stiffening"):
+        sys.modules.pop(f"synth.effects.{name}", None)
 
 
 def rendered(effects: dict[str, Any], frames: int = 400, **sections: Any) -> Real:
@@ -67,3 +69,18 @@ def test_a_fingertip_keeps_its_surface_under_another_law() -> None:
     plain = rendered({}, finger=finger, texture=texture)
     stiffer = rendered({"stiffening": {"power": 0.5}}, finger=finger, texture=texture)
     assert np.ptp(stiffer - plain) > 0.1 * np.ptp(plain)
+
+
+def test_dampers_add_up_whichever_comes_first() -> None:
+    both = rendered({"damper": {"damping": 3.0}, "inertia": {"damping": 2.0}})
+    assert np.array_equal(both, rendered({"inertia": {"damping": 5.0}}))
+    alone = rendered({"damper": {"damping": 3.0}})
+    assert np.array_equal(alone, rendered({"inertia": {"mass": 1e-4, "damping": 3.0, "stiffness": 0.0}}))
+
+
+def test_a_power_of_the_pressure_is_refused_with_any_simulation() -> None:
+    scene = {"effects": {"tangential": {"pressure_exponent": 0.85}, "damper": {}}}
+    with pytest.raises(SceneError, match="pressure_exponent 1 with damper"):
+        parse_scene(scene)
+    reasons = [one.reason for one in explain({"effects": scene["effects"] | {"damper": "auto"}}).left_out]
+    assert any("tangential does not allow it" in reason for reason in reasons)
