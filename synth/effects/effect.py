@@ -164,7 +164,7 @@ class AddedChannel:
 
     quantity: name of the quantity.
     full_scale: SI value of a sample of 1.0.
-    extent: peak-to-peak at the scan's own speed and load, as in `channels.ChannelPlan`.
+    extent: peak-to-peak at the scan's own speed and load, as in `channels.ChannelPlan`; 0 if the channel is silent.
     error: largest error relative to that peak-to-peak.
     method: how the channel is computed, in words.
     """
@@ -201,7 +201,7 @@ class OutputStage(Protocol):
         """Set the phase of the texture at frame 0, in a state that has not stepped."""
 
     def delay(self, state: Any) -> int:
-        """Return the delay behind a hand in frames, in addition to that of a simulation."""
+        """Return the delay behind a hand in frames, if the stage has a reader of its own."""
         return 0
 
     def step(self, state: Any, passage: Passage, block: Block) -> None:
@@ -221,7 +221,8 @@ class Passage:
     motion: motion of the finger, in any other scan.
     by_hand: whether the motion is that of a hand.
     signals: float64 [signals, frames] of a simulation, if one runs.
-    late: delay of the signals behind a hand, in frames.
+    late: delay of the signals, and of the channels of the scene, behind a hand, in frames. A channel that is made from
+        `motion` is delayed by it, to stay in time with the others (`voice.table_reading.delayed`).
     column: index of the effect's first channel.
     full_scale: SI value of 1.0 in each channel of the scene; these channels come first in the block.
     """

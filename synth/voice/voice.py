@@ -228,7 +228,7 @@ class Voice:
         if self._hand is not None:
             self._hand.read(motion, out)
         if self._hand_effects is not None:
-            self._hand_effects.after(motion, out)
+            self._hand_effects.after(motion, out, 0 if self._hand is None else self._hand.delay)
 
     def _take_in_hand(self) -> None:
         phase = self.phase

@@ -82,17 +82,18 @@ class VoiceEffects:
             if motion is not None and not self._running.simulation.held:
                 rows *= motion.samples[LOAD] > 0.0
             self._fill(rows, out)
-        self._step(rows, out, frame=frame, phase=phase, step=step, motion=motion, by_hand=False)
+        self._step(rows, out, 0, frame=frame, phase=phase, step=step, motion=motion, by_hand=False)
 
-    def after(self, motion: Motion, out: Block) -> None:
-        """Apply the effects to a block that follows a hand."""
+    def after(self, motion: Motion, out: Block, late: int) -> None:
+        """Apply the effects to a block that follows a hand; late: delay of its channels (frames) if not simulated."""
         scene = self.solved.scene
         phases, place = phases_after(motion, int(self.place[0]), scene.output.sample_rate, scene.texture.period)
         rows = None
         if self._running is not None:
             rows = self._running.after(motion, phases)
             self._fill(rows, out)
-        self._step(rows, out, frame=0, phase=int(self.place[0]), step=0, motion=motion, by_hand=True)
+        late = late if self._running is None else self._running.margin
+        self._step(rows, out, late, frame=0, phase=int(self.place[0]), step=0, motion=motion, by_hand=True)
         self.place[0] = place
 
     def _fill(self, rows: Array, out: Block) -> None:
@@ -103,10 +104,9 @@ class VoiceEffects:
             values = rows[row] / channel.full_scale
             out[:, column] = np.where(np.abs(values) >= SMALLEST, values, 0.0)
 
-    def _step(self, rows: Array | None, out: Block, **fields: Any) -> None:
+    def _step(self, rows: Array | None, out: Block, late: int, **fields: Any) -> None:
         column = len(self.solved.channels)
         row = 0 if self._plan is None else len(self._plan.orders) + len(self._whole)
-        late = self._running.margin if self._running is not None and fields["by_hand"] else 0
         scales = tuple(channel.full_scale for channel in self.solved.channels)
         for stage, state in self._stages:
             signals = None if rows is None else rows[row : row + len(stage.signals)]

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import synth.effects
-from synth import explain, open_voice, parse_scene
+from synth import Motion, explain, open_voice, parse_scene
 from synth.errors import SceneError
 from synth.scene.effects_section import effect_names
 from tests.synth.effects.effect_cases import QUICK
@@ -29,7 +29,7 @@ def _added() -> Iterator[None]:
     yield
     synth.effects.__path__.remove(ADDED)
     effect_names.cache_clear()
-    for name in ("damper", "stiffening"):
+    for name in ("contact_load", "damper", "stiffening"):
         sys.modules.pop(f"synth.effects.{name}", None)
 
 
@@ -84,3 +84,13 @@ def test_a_power_of_the_pressure_is_refused_with_any_simulation() -> None:
         parse_scene(scene)
     reasons = [one.reason for one in explain({"effects": scene["effects"] | {"damper": "auto"}}).left_out]
     assert any("tangential does not allow it" in reason for reason in reasons)
+
+
+@pytest.mark.parametrize("others", [{}, {"inertia": {}}, {"propagation": {}}, {"tangential": {}}], ids=str)
+def test_a_channel_of_the_motion_is_in_time_with_the_others(others: dict[str, Any]) -> None:
+    frames = 800
+    load = np.where(np.arange(frames) < 400, 0.3, 0.6)
+    voice = open_voice(parse_scene(QUICK | {"effects": others | {"contact_load": {}}}), live=True)
+    found = voice.render(frames, Motion.of(frames, speed=0.08, load=load))[:, 1] * voice.full_scale[1]
+    assert voice.late > 0
+    assert found == pytest.approx(np.r_[np.full(voice.late, 0.3), load[: -voice.late]], rel=1e-6)
