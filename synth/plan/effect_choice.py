@@ -158,6 +158,13 @@ def beside(effect: Effect, other: Effect, why: str, change: float | None) -> Lef
 
 def require_fixed_ends(scene: Scene) -> None:
     """Raise SceneError if `scene` sets two effects that cannot be combined under a load that varies."""
+    refused = refused_by_hand(scene)
+    if refused is not None:
+        raise refused
+
+
+def refused_by_hand(scene: Scene) -> SceneError | None:
+    """Return the error of two effects of `scene` that cannot be combined under a load that varies, or None."""
     shapes = [
         shape.name
         for shape, _settings, auto in asked(scene, Kind.SHAPE)
@@ -165,7 +172,8 @@ def require_fixed_ends(scene: Scene) -> None:
     ]
     for law, _settings, auto in asked(scene, Kind.BALANCE):
         if shapes and isinstance(law, BalanceEffect) and law.needs_fixed_ends and not auto:
-            raise moving_ends(shapes[0], law.name)
+            return moving_ends(shapes[0], law.name)
+    return None
 
 
 def moving_ends(shape: str, law: str) -> SceneError:

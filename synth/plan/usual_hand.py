@@ -29,7 +29,7 @@ from synth.contact.scene_contact import contact_of
 from synth.kept_files import json_form
 from synth.plan.channels import PEAK
 from synth.plan.direct_plan import follows_path
-from synth.plan.effect_choice import outputs_of, with_added_scales
+from synth.plan.effect_choice import outputs_of, refused_by_hand, with_added_scales
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.request import HAND_LOADS, HAND_SPEEDS, harmonics_below
 from synth.plan.scene_table import entry_of
@@ -86,13 +86,15 @@ def prepare_hand(
 def with_stream_scale(solved: Preparation, cache: ResponseCache | None = None) -> Preparation:
     """Return `solved` with full scales that a stream can keep.
 
-    A silent channel gets the full scale of a usual hand, because it may sound later.
+    A silent channel gets the full scale of a usual hand, because it may sound later. Where effects allow no hand, that
+    is a hand whose speed and load are constant.
     """
     kept = [None if channel.extent == 0.0 else channel.full_scale for channel in solved.all_channels]
     known = tuple(one or scale for one, scale in zip(asked_scales(solved.scene), kept, strict=True))
     if None not in known:
         return solved
-    hand, effects = prepare_hand(solved.scene, known, cache), solved.effects
+    nominal, no_hand = with_full_scale(nominal_scene(solved.scene), known), refused_by_hand(solved.scene) is not None
+    hand, effects = prepare(nominal, cache, by_hand=not no_hand, paced=no_hand), solved.effects
     pairs = zip(solved.channels, hand.channels, strict=True)
     channels = tuple(replace(now, full_scale=then.full_scale) for now, then in pairs)
     if effects is not None and hand.effects is not None:

@@ -124,3 +124,11 @@ def test_ends_that_a_hand_would_move_under_skin_that_remembers_are_refused_at_on
     for opened in (lambda: HandVoice(both), lambda: open_voice(both, live=True)):
         with pytest.raises(SceneError, match="only at a constant load"):
             opened()
+
+
+@pytest.mark.parametrize("silent", [{"speed": 0.0}, {"load": 0.0}], ids=str)
+def test_the_same_two_effects_begin_a_silent_stream_whose_load_is_constant(silent: dict[str, Any]) -> None:
+    both = {"effects": {"contact_growth": {}, "viscous_skin": {}}, "finger": SHORT}
+    voice, heard = LiveVoice(parse_scene(both | {"scan": silent})), LiveVoice(parse_scene(both))
+    assert not np.any(voice.render(800))
+    assert voice.full_scale == pytest.approx(heard.full_scale, rel=1e-6)
