@@ -10,6 +10,7 @@ import pytest
 
 from synth.errors import SceneError
 from synth.scene.scene import parse_scene
+from synth.scene.texture_registry import kinds
 from synth.surfaces import profile_of
 from synth.surfaces.dots import Dots
 from synth.surfaces.height_field import HeightField
@@ -36,6 +37,10 @@ def random_map(seed: int, ends: str) -> MeasuredArea:
 
 def fields() -> list[HeightField]:
     return [*map(random_dots, SEEDS), *(random_map(seed, ends) for seed in SEEDS for ends in ENDS)]
+
+
+def test_every_kind_over_an_area_has_a_field_here() -> None:
+    assert {field.kind for field in fields()} == {kind.name for kind in kinds().values() if kind.of_area}
 
 
 @pytest.mark.parametrize("number", range(len(fields())))
