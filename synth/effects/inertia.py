@@ -57,7 +57,6 @@ class Inertia(BalanceEffect):
     settings = InertiaSettings
     replaces = "the mass of the finger"
     fingers = "comb", "fingertip", "probe"
-    areas = True
     price = Price(800.0, 3_200_000)
 
     def reason(self, scene: Scene, settings: InertiaSettings) -> str:
