@@ -22,7 +22,7 @@ from typing import ClassVar, Self, TypeVar
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.area_grid import BESIDE, AreaGrid, FingerRows
+from synth.contact.area_grid import BESIDE, OUTSIDE, AreaGrid, FingerRows
 from synth.contact.area_path import RECENT, heights_along
 from synth.contact.area_solver import ROW
 from synth.contact.area_texture import FINER, FINER_OF_SMALLER, MOST_PLACES, stored_texture
@@ -47,7 +47,7 @@ COARSEST = 4.0  # largest factor on the cells that keeps the texture in memory; 
 
 T = TypeVar("T", bound=Contact)
 Heights = Callable[[Array, Array], Array]
-Shares = Callable[[Array, Array, tuple[float, float]], Array]
+Rims = Callable[[Array, Array, tuple[float, float]], Array]
 
 
 def lattice_step(
@@ -97,13 +97,13 @@ def smaller_cells(contact: T, size: tuple[float, float], ridge: float) -> T | No
 
 
 def finger_grid(
-    heights: Heights, shares: Shares, size: tuple[float, float], widest: float, step: tuple[float, float],
+    heights: Heights, rims: Rims, size: tuple[float, float], widest: float, step: tuple[float, float],
     middle: tuple[float, float], area: float, texture: HeightField, scale: float, coarser: float,
 ) -> AreaGrid:  # fmt: skip
     """Return the cells of a finger.
 
     heights: heights (m) at every pair of x and y (m) from its middle: [len(x), len(y)], also beyond its edge.
-    shares: share of each cell that belongs to the finger, at x and y of its middle (m, any shape) and its size (m).
+    rims: see `AreaGrid.finger`, of each cell at x and y of its middle (m, any shape) and of its size (m).
     size: length and width that the cells must cover, m.
     widest: the largest length that they must cover at any direction of the finger, m.
     step: as of `lattice_step`.
@@ -123,7 +123,7 @@ def finger_grid(
     for first in range(0, rows, together):
         near = y[first : first + together + 2]
         middles = x[BESIDE:-BESIDE] + own[0] * finger.moved[first : first + together, np.newaxis]
-        finger.put(first, heights(x, near).T / scale, shares(middles, near[1:-1, np.newaxis], own))
+        finger.put(first, heights(x, near).T / scale, rims(middles, near[1:-1, np.newaxis], own))
     return AreaGrid.of(finger, begin, stored, own[0] * own[1] / area, scale)
 
 
@@ -166,9 +166,24 @@ class ContactOnArea(Contact):
 
     def heights(self, phases: Array, loads: Array, path: Array | None = None) -> Array:
         """Return z (m) on its line, or along a path; see `fingertip.FingertipContact.heights`."""
-        if path is None:
-            return super().heights(phases, loads)
         return heights_along(self, phases, loads, path)
+
+    def sizes(self, loads: Array) -> Array | None:
+        """Return None: the finger has one size."""
+        return None
+
+    @property
+    @abstractmethod
+    def own_area(self) -> float:
+        """Area (m^2) to which its stiffness belongs."""
+
+    def areas(self, loads: Array) -> Array:
+        """Return the area (m^2) to which its stiffness belongs, at each of `loads` (N)."""
+        return np.full(len(loads), self.own_area)
+
+    def on_line(self, line: Line) -> Self:
+        """Return the contact of the same finger on another line."""
+        return replace(self, line=line)
 
     @property
     def own_middle(self) -> float:
@@ -238,14 +253,19 @@ def comb_grid(geometry: Geometry, line: Line = MIDDLE, coarser: float = 1.0) -> 
     def heights(x: Array, y: Array) -> Array:
         return np.asarray(geometry.finger(turned_back(x, y, line.direction)[0] + 0.5 * length))
 
-    def shares(x: Array, y: Array, size: tuple[float, float]) -> Array:
+    def rims(x: Array, y: Array, size: tuple[float, float]) -> Array:
         along, across = 0.5 * length - np.abs(c * x + s * y), 0.5 * length - np.abs(c * y - s * x)
-        return beside_edge(along, c * size[0], s * size[1]) * beside_edge(across, s * size[0], c * size[1])
+        return rims_of(beside_edge(along, c * size[0], s * size[1]) * beside_edge(across, s * size[0], c * size[1]))
 
     box, widest = length * (abs(c) + abs(s)), math.sqrt(2.0) * length
     middle, area, scale = (0.5 * length, line.y), length**2, geometry.height_scale
-    grid = finger_grid(heights, shares, (box, box), widest, step, middle, area, texture, scale, coarser)
-    return replace(grid, cell=1.0 / float(np.sum(grid.finger[:, 3], dtype=np.float64)))  # A0 is kept
+    grid = finger_grid(heights, rims, (box, box), widest, step, middle, area, texture, scale, coarser)
+    return replace(grid, cell=1.0 / float(np.sum(grid.shares)))  # A0 is kept
+
+
+def rims_of(shares: Array) -> Array:
+    """Return the rims of the cells of a finger of one size; shares: of each cell that belongs to it."""
+    return np.where(shares > 0.0, -shares, OUTSIDE)
 
 
 def beside_edge(distance: Array, along: float, across: float) -> Array:

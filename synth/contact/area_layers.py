@@ -259,9 +259,10 @@ def finger_points(grid: AreaGrid) -> tuple[Array, Array, Array, Array]:
     Each cell has the four points of Gauss's rule. Over them the gap has the same variance as over the cell.
     """
     there = grid.finger[:, 0] > 0.5 * NOWHERE
-    mean, along, across, share = (grid.finger[:, n][there].astype(np.float64) for n in range(4))
+    mean, along, across = (grid.finger[:, n][there].astype(np.float64) for n in range(3))
+    share = grid.shares[there]
     column = (grid.places[:, :1] - BEFORE + np.arange(WIDE))[there]
-    row = np.broadcast_to(grid.places[:, 1:], there.shape)[there]
+    row = np.broadcast_to(grid.places[:, 1:2], there.shape)[there]
     u, v = (part[:, np.newaxis] for part in GAUSS)
     x = grid.begin[0] + (column + u) / grid.texture.columns
     y = grid.begin[1] + (row + ROW * v) / grid.texture.shape[ROWS]

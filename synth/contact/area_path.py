@@ -15,11 +15,11 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
-from typing import Any, Protocol, Self
+from typing import Any, NamedTuple, Protocol, Self
 
 import numpy as np
 
@@ -58,8 +58,18 @@ class AreaContact(Protocol):
     def key(self) -> Hashable:
         """Everything that z depends on."""
 
+    @property
+    def grid(self) -> Any:
+        """Its cells at the direction of its line."""
+
     def indentations(self, loads: Array) -> Array:
         """Return w / k (m) at each of `loads` (N)."""
+
+    def sizes(self, loads: Array) -> Array | None:
+        """Return the size of the finger at each of `loads` (N), see `AreaGrid.finger`; None: that of its cells."""
+
+    def on_line(self, line: Line) -> Self:
+        """Return the contact of the same finger on another line."""
 
     def heights(self, phases: Array, loads: Array, path: Array | None = None) -> Array:
         """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), on its line or along a path."""
@@ -82,10 +92,9 @@ def coarsened(contact: AreaContact, coarser: float) -> Any:
     return replace(contact, coarser=coarser)  # type: ignore[type-var]
 
 
-def turned(contact: AreaContact, angle: float) -> Any:
-    """Return `contact`, a dataclass, with its finger turned by `angle` (rad)."""
-    line = contact.line._replace(direction=contact.line.direction + angle)
-    return replace(contact, line=line)  # type: ignore[type-var]
+def turned(contact: Any, angle: float) -> Any:
+    """Return `contact`, or a force of it, with its finger turned by `angle` (rad)."""
+    return contact.on_line(contact.line._replace(direction=contact.line.direction + angle))
 
 
 def _grid(contact: AreaContact, number: int) -> AreaGrid:
@@ -96,30 +105,62 @@ def _grid(contact: AreaContact, number: int) -> AreaGrid:
     return grid
 
 
-def heights_along(contact: AreaContact, phases: Array, loads: Array, path: Array) -> Array:
-    """Return z (m) at each place of a path.
+class Places(NamedTuple):
+    """Places of a finger in one of its directions.
+
+    phases, across: how far the texture has moved along (turns) and across (periods).
+    loads: N.
+    turns: angle by which the finger is turned from that direction, rad.
+    """
+
+    phases: Array
+    across: Array
+    loads: Array
+    turns: Array
+
+
+Read = Callable[[AreaGrid, Places], Array]
+"""Returns a value at each of some places."""
+
+
+def solved_at(contact: AreaContact, grid: AreaGrid, at: Places) -> Array:
+    """Return z (m) at some places."""
+    indentations, sizes = contact.indentations(at.loads), contact.sizes(at.loads)
+    return grid.solve_places(at.phases, at.across, indentations, turns=at.turns, sizes=sizes).height
+
+
+def heights_along(contact: AreaContact, phases: Array, loads: Array, path: Array | None) -> Array:
+    """Return z (m) at each place; the arguments are those of `read_along`."""
+    return read_along(contact, phases, loads, path, partial(solved_at, contact))
+
+
+def read_along(contact: AreaContact, phases: Array, loads: Array, path: Array | None, read: Read) -> Array:
+    """Return a value at each place of a path.
 
     phases: how far the texture has moved along x, turns.
     loads: N, above 0.
-    path: how far it has moved across (m), and the direction of the finger (rad) [2, places].
+    path: how far it has moved across (m), and the direction of the finger (rad) [2, places]; None: on its line.
+    read: returns the values in one direction.
     """
+    if path is None:
+        none = np.zeros(len(phases))
+        return read(contact.grid, Places(phases, none, loads, none))
     texture, line = contact.geometry.profile, contact.line
     assert isinstance(texture, HeightField)
     across = (path[0] + line.y) / texture.across
-    indentation = contact.indentations(loads)
     turns = (path[1] - line.direction) / TURN_STEP * (not contact.of_any_direction)
     if not len(phases):
         return np.empty(0)
     lower = np.floor(turns).astype(np.int64)
     beyond = (turns - lower - 0.5) / OVERLAP + 0.5  # 0 to 1 in the overlap
     part = np.clip(beyond, 0.0, 1.0) ** 2 * (3.0 - 2.0 * np.clip(beyond, 0.0, 1.0))
-    z = np.zeros(len(phases))
+    values = np.zeros(len(phases))
     numbers = [0, *(np.flatnonzero(np.diff(lower)) + 1).tolist(), len(phases)]
     for first, end in pairwise(numbers):
         for number, share in ((int(lower[first]), 1.0 - part), (int(lower[first]) + 1, part)):
             some = first + np.flatnonzero(share[first:end])
             if len(some):
-                grid, angles = _grid(contact, number), (turns[some] - number) * TURN_STEP
-                solved = grid.solve_places(phases[some], across[some], indentation[some], turns=angles)
-                z[some] += share[some] * solved.height
-    return z
+                angles = (turns[some] - number) * TURN_STEP
+                at = Places(phases[some], across[some], loads[some], angles)
+                values[some] += share[some] * read(_grid(contact, number), at)
+    return values

@@ -26,6 +26,7 @@ LEAST = 1e-7  # of the scale: added to the range of a cell, so that it is never 
 MOST_STEPS = 60  # never reached in the tests; limits the time per place
 PIECES = "f4[::1], f8[:,::1], f8[:,::1], f4[::1], f4[::1], f4[:,::1], i8[::1], f8, f8"  # `AreaGrid.pieces`
 ROWS, FINER_X, FINER_Y, STRIDE, SPAN = range(5)  # entries of `shape`
+RIM = 2  # column of `places`
 Place = np.uint64  # an unsigned index: with a signed one Numba checks for negative indices, which is five times slower
 FINGER, LAID = Place(4 * WIDE), Place(3 * WIDE)  # numbers per block in `finger` and in `laid`
 SECOND, THIRD, FOURTH = Place(WIDE), Place(2 * WIDE), Place(3 * WIDE)  # offset of the second to fourth row of a block
@@ -45,15 +46,16 @@ def place_of(cells, finer):
 
 
 @inlined
-def lay_block(texture, near, beside, far, across, fx, fy, per_x, per_y, lean, finger, own, laid, to):
+def lay_block(texture, near, beside, far, across, fx, fy, per_x, per_y, lean, size, finger, own, laid, to):
     """Write top, range, and share divided by range, of the cells of a block.
 
     near, beside, far, across: indices in `texture` of the four places around the first cell: at it or before, the next
         one along, the next one across, and the next one in both directions.
     lean: shift of the finger across from one cell of the block to the next, cells.
+    size: of the finger, which decides the share of a cell; see `AreaGrid.finger`.
     own, to: index of the block in `finger` and in `laid`.
     """
-    half, middle = np.float32(0.5), np.float32(0.5 * (WIDE - 1))
+    half, middle, zero, one = np.float32(0.5), np.float32(0.5 * (WIDE - 1)), np.float32(0.0), np.float32(1.0)
     for number in range(WIDE):
         i = Place(number)
         a, c = texture[near + i], texture[far + i]
@@ -66,31 +68,50 @@ def lay_block(texture, near, beside, far, across, fx, fy, per_x, per_y, lean, fi
         width = math.sqrt(slope_x * slope_x + slope_y * slope_y) + np.float32(LEAST)
         laid[to + i] = finger[own + i] + moved + (below + fy * (above - below)) + half * width
         laid[to + SECOND + i] = width
-        laid[to + THIRD + i] = finger[own + FOURTH + i] / width
+        laid[to + THIRD + i] = min(max(size - finger[own + FOURTH + i], zero), one) / width
+
+
+@inlined
+def under_block(places, arms, shape, per, block, x, y, turn):
+    """Return where the first cell of a block is on the texture: the cell, the last place in it, and the rest.
+
+    First for the rows, then for the columns; see `place_of`.
+    """
+    rows = shape[ROWS]
+    at_y = y * rows + places[block, 1] + turn * arms[block, 1]
+    row, part_y, fy = place_of(max(at_y - rows * math.floor(at_y / rows), 0.0), shape[FINER_Y])
+    column, part_x, fx = place_of(x * per + places[block, 0] + turn * arms[block, 0], shape[FINER_X])
+    return row if row < rows else 0, part_y, fy, column, part_x, fx
+
+
+@inlined
+def corners_of(shape, row, part_y, column, part_x):
+    """Return the indices in the texture of the place of a cell and of the next ones along, across, and both."""
+    rows, finer_x, finer_y, stride, span = shape[ROWS], shape[FINER_X], shape[FINER_Y], shape[STRIDE], shape[SPAN]
+    next_part_x, next_column = (part_x + 1, column) if part_x + 1 < finer_x else (0, column + 1)
+    next_part_y, next_row = (part_y + 1, row) if part_y + 1 < finer_y else (0, row + 1 if row + 1 < rows else 0)
+    near, far = row * span + part_y * finer_x * stride, next_row * span + next_part_y * finer_x * stride
+    here, there = part_x * stride + column, next_part_x * stride + next_column
+    return Place(near + here), Place(near + there), Place(far + here), Place(far + there)
 
 
 @inner
-def lay_blocks(tops, places, arms, finger, texture, crests, shape, per, highest, x, y, turn, floor, laid):
+def lay_blocks(tops, places, arms, finger, texture, crests, shape, per, highest, x, y, turn, size, floor, laid):
     """Write the cells of the blocks that can be above `floor`, and return the number of these blocks."""
-    rows, finer_x, finer_y, stride, span = shape[ROWS], shape[FINER_X], shape[FINER_Y], shape[STRIDE], shape[SPAN]
-    per_x, per_y, read = np.float32(finer_x), np.float32(finer_y * ROW), 0
-    lean, a_row = np.float32(turn * arms[len(tops), 0]), 1.0 / rows
+    per_x, per_y, read = np.float32(shape[FINER_X]), np.float32(shape[FINER_Y] * ROW), 0
+    lean, own_size = np.float32(turn * arms[len(tops), 0]), np.float32(size)
     for block in range(len(tops)):
         if tops[block] + highest <= floor:
             break
-        at_y = y * rows + places[block, 1] + turn * arms[block, 1]
-        row, part_y, fy = place_of(max(at_y - rows * math.floor(at_y * a_row), 0.0), finer_y)
-        row = row if row < rows else 0
-        column, part_x, fx = place_of(x * per + places[block, 0] + turn * arms[block, 0], finer_x)
+        if places[block, RIM] >= size:
+            continue
+        row, part_y, fy, column, part_x, fx = under_block(places, arms, shape, per, block, x, y, turn)
         if tops[block] + crests[row, column] <= floor:
             continue
-        next_part_x, next_column = (part_x + 1, column) if part_x + 1 < finer_x else (0, column + 1)
-        next_part_y, next_row = (part_y + 1, row) if part_y + 1 < finer_y else (0, row + 1 if row + 1 < rows else 0)
-        near, far = row * span + part_y * finer_x * stride, next_row * span + next_part_y * finer_x * stride
-        here, there = part_x * stride + column, next_part_x * stride + next_column
+        near, beside, far, across = corners_of(shape, row, part_y, column, part_x)
         lay_block(
-            texture, Place(near + here), Place(near + there), Place(far + here), Place(far + there),
-            fx, fy, per_x, per_y, lean, finger, Place(block) * FINGER, laid, Place(read) * LAID,
+            texture, near, beside, far, across, fx, fy, per_x, per_y, lean, own_size,
+            finger, Place(block) * FINGER, laid, Place(read) * LAID,
         )  # fmt: skip
         read += 1
     return read
@@ -194,16 +215,19 @@ def exact_sums(laid, left, blocks, z):
 
 
 @inner
-def highest_place(tops, places, arms, finger, texture, crests, shape, per, highest, x, y, turn, laid):
-    """Return the highest place of all cells: z where there is no load."""
+def highest_place(tops, places, arms, finger, texture, crests, shape, per, highest, x, y, turn, size, laid):
+    """Return the highest place of all cells of the finger: z where there is no load."""
     margin = FIRST
     while True:
         floor = tops[0] + highest - margin
-        blocks = lay_blocks(tops, places, arms, finger, texture, crests, shape, per, highest, x, y, turn, floor, laid)
+        blocks = lay_blocks(
+            tops, places, arms, finger, texture, crests, shape, per, highest, x, y, turn, size, floor, laid
+        )
         top = -math.inf
         for block in range(blocks):
             for i in range(WIDE):
-                top = max(top, np.float64(laid[block * 3 * WIDE + i]))
+                if laid[block * 3 * WIDE + 2 * WIDE + i] > 0.0:
+                    top = max(top, np.float64(laid[block * 3 * WIDE + i]))
         if top >= floor:
             return top
         margin *= 2.0
@@ -236,15 +260,16 @@ def newton(laid, left, blocks, level, change, target, steps):
     return level, part, steps
 
 
-@signed_kernel(f"void({PIECES}, f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], i8[::1])")
+@signed_kernel(f"void({PIECES}, f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], i8[::1])")
 def solve_area(
     tops, places, arms, finger, texture, crests, shape, per, highest,
-    x, y, turns, targets, guess, height, touching, iterations,
+    x, y, turns, sizes, targets, guess, height, touching, iterations,
 ):  # fmt: skip
     """Write z, the part of the cells that touches and the number of steps, at each place.
 
     x, y: where the first cell of the finger meets the texture, in periods.
     turns: angle by which the finger is turned from its lattice, rad.
+    sizes: of the finger, see `AreaGrid.finger`.
     guess: a z near the solution, or NaN: z is extrapolated from the places before.
     """
     laid, left = np.empty(len(tops) * 3 * WIDE, np.float32), np.empty(len(tops), np.int64)
@@ -252,7 +277,7 @@ def solve_area(
     for p in range(len(x)):
         if targets[p] < EMPTY:
             z = highest_place(
-                tops, places, arms, finger, texture, crests, shape, per, highest, x[p], y[p], turns[p], laid
+                tops, places, arms, finger, texture, crests, shape, per, highest, x[p], y[p], turns[p], sizes[p], laid
             )
             height[p], touching[p], iterations[p] = z, 0.0, 1
             continue
@@ -265,8 +290,9 @@ def solve_area(
         while True:
             floor = level - margin
             blocks = lay_blocks(
-                tops, places, arms, finger, texture, crests, shape, per, highest, x[p], y[p], turns[p], floor, laid
-            )
+                tops, places, arms, finger, texture, crests, shape, per, highest, x[p], y[p], turns[p], sizes[p],
+                floor, laid,
+            )  # fmt: skip
             area, part = rough_sums(laid, blocks, level)
             steps += 1
             if part > 0.0:
@@ -284,8 +310,8 @@ def solve_area(
         before, z = z, level
 
 
-@signed_kernel(f"void({PIECES}, f8[::1], f8[::1], f8[:,::1], f8[:,::1], f8[:,::1])")
-def measure_area(tops, places, arms, finger, texture, crests, shape, per, highest, x, y, z, depth, touching):
+@signed_kernel(f"void({PIECES}, f8[::1], f8[::1], f8, f8[:,::1], f8[:,::1], f8[:,::1])")
+def measure_area(tops, places, arms, finger, texture, crests, shape, per, highest, x, y, size, z, depth, touching):
     """Write the sums over the cells of the mean of max(h - z, 0), and of the part above z, at each place and its z."""
     laid, left = np.empty(len(tops) * 3 * WIDE, np.float32), np.arange(len(tops))
     for p in range(len(x)):
@@ -293,7 +319,7 @@ def measure_area(tops, places, arms, finger, texture, crests, shape, per, highes
         for i in range(1, z.shape[1]):
             floor = min(floor, z[p, i])
         blocks = lay_blocks(
-            tops, places, arms, finger, texture, crests, shape, per, highest, x[p], y[p], 0.0, floor, laid
+            tops, places, arms, finger, texture, crests, shape, per, highest, x[p], y[p], 0.0, size, floor, laid
         )
         for i in range(z.shape[1]):
             depth[p, i], touching[p, i] = exact_sums(laid, left, blocks, z[p, i])

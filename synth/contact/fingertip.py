@@ -56,7 +56,7 @@ def area_grid(
     line: position of the finger across, and its direction.
     coarser: factor on the size of the cells.
     """
-    from synth.contact.area_contact import finger_grid, lattice_step  # only a height field needs its kernels
+    from synth.contact.area_contact import finger_grid, lattice_step, rims_of  # only a height field needs its kernels
 
     size = footprint.reach
     step = lattice_step(texture, size, field.period, coarser)
@@ -64,14 +64,14 @@ def area_grid(
     def heights(x: Array, y: Array) -> Array:
         return field.heights(x, y, line.direction) - footprint.drop(x, y, line.direction)
 
-    def shares(x: Array, y: Array, _size: tuple[float, float]) -> Array:
+    def rims(x: Array, y: Array, _size: tuple[float, float]) -> Array:
         along, across = (c * x + s * y) / size[0], (c * y - s * x) / size[1]
-        return np.asarray(along**2 + across**2 < 0.25, np.float64)
+        return rims_of(np.asarray(along**2 + across**2 < 0.25, np.float64))
 
     c, s = math.cos(line.direction), math.sin(line.direction)
     box = math.hypot(size[0] * c, size[1] * s), math.hypot(size[0] * s, size[1] * c)
     area = footprint.length * footprint.width
-    return finger_grid(heights, shares, box, max(size), step, (0.0, line.y), area, texture, scale, coarser)
+    return finger_grid(heights, rims, box, max(size), step, (0.0, line.y), area, texture, scale, coarser)
 
 
 @kept
@@ -226,6 +226,18 @@ class FingertipContact(Contact):
         from synth.contact.area_path import heights_along
 
         return heights_along(self, phases, loads, path)
+
+    def sizes(self, loads: Array) -> Array | None:
+        """Return None: the finger has one size."""
+        return None
+
+    def areas(self, loads: Array) -> Array:
+        """Return the area (m^2) to which its stiffness belongs, at each of `loads` (N)."""
+        return np.full(len(loads), self.own_area)
+
+    def on_line(self, line: Line) -> Self:
+        """Return the contact of the same finger on another line."""
+        return replace(self, line=line)
 
     @cached_property
     def recent(self) -> deque[AreaGrid]:

@@ -143,6 +143,10 @@ class Contact:
         """Return the surfaces over the length that the solver spans at `load` (N)."""
         return self.geometry
 
+    def covering(self, heaviest: float) -> Contact:
+        """Return this contact with cells that serve loads up to `heaviest` (N), where they depend on the load."""
+        return self
+
     def over_loads(self, heaviest: float, deeper: float = 0.0) -> Contact:
         """Return this contact over one length that serves all loads up to `heaviest` (N).
 

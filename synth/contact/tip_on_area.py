@@ -26,7 +26,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.area_contact import ContactOnArea, finger_grid, lattice_step
+from synth.contact.area_contact import ContactOnArea, finger_grid, lattice_step, rims_of
 from synth.contact.area_grid import AreaGrid
 from synth.contact.curved_contact import USUAL_LOAD, RoundFinger, span_of
 from synth.contact.geometry import Geometry
@@ -153,8 +153,8 @@ def tip_grid(
     def heights(x: Array, y: Array) -> Array:
         return np.asarray(-(x[:, np.newaxis] ** 2 + y**2) / (2.0 * radius))
 
-    def shares(x: Array, y: Array, _size: tuple[float, float]) -> Array:
-        return np.asarray(x**2 + y**2 < (0.5 * size[0]) ** 2, np.float64)
+    def rims(x: Array, y: Array, _size: tuple[float, float]) -> Array:
+        return rims_of(np.asarray(x**2 + y**2 < (0.5 * size[0]) ** 2, np.float64))
 
     middle, scale = (0.5 * geometry.contact_length, y), geometry.height_scale
-    return finger_grid(heights, shares, size, size[0], step, middle, radius**2, texture, scale, coarser)
+    return finger_grid(heights, rims, size, size[0], step, middle, radius**2, texture, scale, coarser)

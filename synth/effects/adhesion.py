@@ -50,7 +50,6 @@ class AdhesionEffect(BalanceEffect):
     settings = AdhesionSettings
     replaces = "the law of the pressure"
     fingers = tuple(KINDS)
-    areas = True
     lowest_load = -LARGEST_PULL
     price = Price(830.0, 6_400_000)
 

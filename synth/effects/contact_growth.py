@@ -55,6 +55,7 @@ class ContactGrowth(ShapeEffect):
     settings = GrowthSettings
     replaces = "the contact length"
     moves_ends = True
+    why_fingers = "A fingertip and a probe are round, and touch more of their length under more load by themselves."
     price = Price(8.3, 270_000)
 
     def reason(self, scene: Scene, settings: GrowthSettings) -> str:
@@ -71,7 +72,14 @@ class ContactGrowth(ShapeEffect):
         """See `ShapeEffect`."""
         from synth.contact.growing_contact import GrowingContact, Growth
 
-        return GrowingContact.of(contact.geometry, contact.stiffness, Growth(**settings.document()))
+        growth = Growth(**settings.document())
+        if not contact.of_one_line:
+            from synth.contact.area_contact import CombOnArea
+            from synth.contact.area_shapes import GrowingCombOnArea
+
+            assert isinstance(contact, CombOnArea)
+            return GrowingCombOnArea.of(contact, growth)
+        return GrowingContact.of(contact.geometry, contact.stiffness, growth)
 
 
 EFFECT = ContactGrowth()

@@ -46,6 +46,7 @@ class Curvature(ShapeEffect):
     summary = "A round fingertip: the pressure fades towards the ends, and the contact length follows from the load."
     settings = CurvatureSettings
     replaces = "the contact length"
+    why_fingers = "A fingertip and a probe are round, and touch more of their length under more load by themselves."
     price = Price(8.3, 340_000)
 
     def reason(self, scene: Scene, settings: CurvatureSettings) -> str:
@@ -64,6 +65,12 @@ class Curvature(ShapeEffect):
         """See `ShapeEffect`."""
         from synth.contact.curved_contact import RoundContact
 
+        if not contact.of_one_line:
+            from synth.contact.area_contact import CombOnArea
+            from synth.contact.area_shapes import RoundCombOnArea
+
+            assert isinstance(contact, CombOnArea)
+            return RoundCombOnArea.of(contact, settings.radius, settings.reference_load)
         return RoundContact.of(contact.geometry, contact.stiffness, settings.radius, settings.reference_load)
 
 

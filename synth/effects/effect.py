@@ -76,7 +76,7 @@ class Effect(ABC):
     without_auto: str = ""
     lowest_load: float = 0.0
     fingers: tuple[str, ...] = STRAIGHT
-    areas: bool = False
+    why_fingers: str = ""
     units: Mapping[str, str] = MappingProxyType({})
 
     def added(self, settings: Any) -> int:
@@ -140,6 +140,10 @@ class OutputEffect(Effect, Generic[Solved]):
     def added(self, settings: Any) -> int:
         """See `Effect`."""
         return len(self.scales(settings))
+
+    def reads_across(self, settings: Any) -> bool:
+        """Return whether it reads the force of the slopes along y, which only points over an area have."""
+        return False
 
     @abstractmethod
     def scales(self, settings: Any) -> tuple[float | None, ...]:

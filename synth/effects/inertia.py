@@ -58,7 +58,6 @@ class Inertia(BalanceEffect):
     settings = InertiaSettings
     replaces = "the mass of the finger"
     fingers = tuple(KINDS)
-    areas = True
     price = Price(800.0, 3_200_000)
 
     def reason(self, scene: Scene, settings: InertiaSettings) -> str:

@@ -91,7 +91,6 @@ class Propagation(OutputEffect["Preparation"]):
     )
     units: Mapping[str, str] = MappingProxyType({ADDED + quantity: unit for quantity, unit in UNITS.items()})
     fingers = tuple(KINDS)
-    areas = True
     price = Price(27.0, 280_000)
 
     def reason(self, scene: Scene, settings: PropagationSettings) -> str:

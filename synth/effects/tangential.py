@@ -1,7 +1,8 @@
-"""The horizontal force on the finger, from the slopes of the texture and from friction, as an additional channel.
+"""The horizontal force on the finger, from the slopes of the texture and from friction, as one or two more channels.
 
-Kind    OUTPUT: adds the channel `tangential_force`, in newtons, after the channels of the scene.
-Model   F = F_s + tanh(u / u0) Q.
+Kind    OUTPUT: adds `tangential_force`, the component along x of the surface, and with the components "xy" also
+        `tangential_force_y`, that along y, in newtons, after the channels of the scene.
+Model   F = F_s + tanh(|u| / u0) Q u / |u|, where u is the velocity of the surface under the finger.
         F_s is the force of the pressure on the slopes of the texture. On an elastic contact its mean over a period is
         zero.
         Q is friction, the integral of mu p0 (p / p0)^g over the area. For g = 1 (Coulomb) it is mu w.
@@ -18,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -26,7 +27,7 @@ from synth.effects.effect import BalanceEffect, OutputEffect, Price
 from synth.scene.effects_section import declaration
 from synth.scene.finger_section import KINDS
 from synth.scene.quantity import Dimension
-from synth.scene.rules import Quantity
+from synth.scene.rules import Choice, Quantity
 from synth.scene.scene import Scene
 from synth.scene.section import Section
 
@@ -35,12 +36,16 @@ if TYPE_CHECKING:
     from synth.response_cache import ResponseCache
     from synth.voice.tangential_force import TangentialStage
 
-QUANTITY = "tangential_force"
+QUANTITIES = "tangential_force", "tangential_force_y"
+COMPONENTS = "x", "xy"
 
 
 class TangentialSettings(Section):
-    """Friction, and the full scale of the channel."""
+    """Friction, the components, and their full scale."""
 
+    components: Annotated[Literal["x", "xy"], Choice(COMPONENTS)] = Field(
+        default="x", description="Components of the force along x and y of the surface, a channel each."
+    )
     friction_coefficient: Annotated[float, Quantity(Dimension.NONE, 0.0, 10.0)] = Field(
         default=0.5, description="Coefficient of friction mu; with 0 only the force of the slopes remains."
     )
@@ -58,6 +63,11 @@ class TangentialSettings(Section):
         default=None, description="Force that a sample of 1.0 stands for; null: the steady peak becomes 0.8."
     )
 
+    @property
+    def count(self) -> int:
+        """Number of components."""
+        return len(self.components)
+
 
 class Tangential(OutputEffect["Preparation"]):
     """The effect; see the module."""
@@ -70,7 +80,7 @@ class Tangential(OutputEffect["Preparation"]):
     without_auto = (
         'It adds a channel and changes no other, so "auto" has no difference to measure. Write {} or leave it out.'
     )
-    units: Mapping[str, str] = MappingProxyType({QUANTITY: "N"})
+    units: Mapping[str, str] = MappingProxyType(dict.fromkeys(QUANTITIES, "N"))
     price = Price(20.0, 280_000)
 
     def clash(self, settings: TangentialSettings, others: Mapping[str, Any]) -> tuple[str, str] | None:
@@ -92,11 +102,15 @@ class Tangential(OutputEffect["Preparation"]):
 
     def channels(self, scene: Scene, settings: TangentialSettings) -> tuple[str, ...]:
         """See `OutputEffect`."""
-        return (QUANTITY,)
+        return QUANTITIES[: settings.count]
+
+    def reads_across(self, settings: TangentialSettings) -> bool:
+        """See `OutputEffect`."""
+        return settings.count > 1
 
     def scales(self, settings: TangentialSettings) -> tuple[float | None, ...]:
         """See `OutputEffect`."""
-        return (settings.full_scale,)
+        return (settings.full_scale,) * settings.count
 
     def scaled(self, settings: TangentialSettings, full_scale: tuple[float | None, ...]) -> TangentialSettings:
         """See `OutputEffect`."""

@@ -90,7 +90,6 @@ class ViscousSkin(BalanceEffect):
     replaces = "the law of the pressure"
     needs_fixed_ends = True
     fingers = tuple(KINDS)
-    areas = True
     price = Price(5200.0, 250_000)
 
     def reason(self, scene: Scene, settings: SkinSettings) -> str:

@@ -9,6 +9,9 @@ Source  design, section 4.
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 
 from synth.arrays import Array
@@ -37,6 +40,31 @@ def contact_in_cells(asked: Request, cache: ResponseCache, tolerance: float, *, 
     return _on_line(asked, cache, none, line=on_line(asked, geometry), file=file)
 
 
+def shape_in_cells(
+    asked: Request, cache: ResponseCache, tolerance: float, shaped: Any, cells: Array, *, file: bool
+) -> tuple[Contact, Array]:
+    """Return a contact in the shape that effects give it, and the error by its cells; on a line as they are.
+
+    shaped, cells: the contact, and the error by the cells of the contact without the shape.
+    """
+    if not isinstance(shaped.geometry.profile, HeightField) or not any(asked_effects(asked.scene, Kind.SHAPE)):
+        return shaped, cells
+    none = np.zeros(len(QUANTITIES))
+    if not file:
+        return shaped, none if asked.area else cells_along_line(asked, shaped, cache)
+    usual = replace(shaped, coarser=1.0)
+    if _at_places(asked):
+        found: tuple[Contact, Array] = cells_along_path(asked, usual, tolerance)
+        return found
+    return first_cells(usual), none
+
+
+def _at_places(asked: Request) -> bool:
+    """Return whether a file over an area is solved at places or points, and not as one series."""
+    simulated = any(asked_effects(asked.scene, Kind.BALANCE))
+    return over_area(asked) or asked.load_varies or asked.stretch is not None or simulated
+
+
 def on_line(asked: Request, geometry: Geometry) -> bool:
     """Return whether a fingertip, which has columns, is on a texture along a line."""
     return asked.scene.finger.traits.of_area and not isinstance(geometry.profile, HeightField)
@@ -46,11 +74,10 @@ def _over_area(
     asked: Request, cache: ResponseCache, tolerance: float, none: Array, *, file: bool
 ) -> tuple[Contact, Array]:
     scene, stretch = asked.scene, None if asked.stretch is None else asked.stretch.profile
-    simulated = any(asked_effects(scene, Kind.BALANCE))
     if not file:
         contact = affordable(scene, cache, stretch) if asked.area else contact_of(scene, stretch)
         return contact, none if asked.area else cells_along_line(asked, contact, cache)
-    if over_area(asked) or asked.load_varies or stretch is not None or simulated:
+    if _at_places(asked):
         return cells_along_path(asked, contact_of(scene, stretch), tolerance)
     return first_cells(contact_of(scene, stretch, refines=True)), none
 

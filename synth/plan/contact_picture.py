@@ -284,7 +284,7 @@ def _contact_of(scene: Scene, cache: ResponseCache | None) -> Contact:
         return contact if solved.contact is None else solved.whole
     for effect, settings, _auto in shapes:
         assert isinstance(effect, ShapeEffect)
-        contact = effect.shaped(contact, settings)
+        contact = effect.shaped(contact, settings).covering(scene.scan.load)
     return contact
 
 

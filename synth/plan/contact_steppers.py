@@ -58,13 +58,20 @@ def point_stepper(case: SimulationCase, terms: Terms, points: int, mean: Mean | 
     else:
         area: Any = contact  # it has the members of `skin_points.AreaFinger`
         found = SkinPoints.over_area(area, _lowest(contact, heaviest) - sunk, points)
-    forces, span = bool(outputs_of(case.scene)), Span.of(contact, heaviest) if case.load_varies else WHOLE
+    forces, span = slope_forces(case), Span.of(contact, heaviest) if case.load_varies else WHOLE
     stepper = SkinStepper(
         found, terms.skin or ELASTIC, stiffness, terms.mass, terms.damping, forces, NO_PULP, span, pull, reach or 1.0
     )
     if pull > 0.0:
         return _on_attracted_pulp(case, terms, stepper), mean
     return replace(stepper, pulp=_resting(case, terms, mean)), mean
+
+
+def slope_forces(case: SimulationCase) -> int:
+    """Return how many components of the slope force the outputs of `case` read: along y only over an area."""
+    outputs = outputs_of(case.scene)
+    over_area = isinstance(case.contact.geometry.profile, HeightField)
+    return int(bool(outputs)) + int(over_area and any(effect.reads_across(settings) for effect, settings in outputs))
 
 
 def table_stepper(case: SimulationCase, terms: Terms) -> tuple[Stepper, Mean]:

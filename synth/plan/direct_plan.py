@@ -40,7 +40,6 @@ from synth.response.band_filter import SOLUTIONS, band_filter
 from synth.response.mean_approach import Mean, MeanSpline, mean_curve, mean_over_area
 from synth.response.table_error import QUANTITIES
 from synth.response_cache import ResponseCache
-from synth.scene.effects_section import declaration
 from synth.scene.scene import Scene
 from synth.surfaces import profile_of
 from synth.surfaces.height_field import HeightField
@@ -129,8 +128,7 @@ def may_turn(scene: Scene) -> bool:
     A probe is round, and no effect may simulate the line.
     """
     line = not isinstance(profile_of(scene), HeightField) and not scene.finger.traits.round
-    turns = all(declaration(name).areas for name in scene.effects)
-    return line and turns and not any(asked_effects(scene, Kind.BALANCE))
+    return line and not any(asked_effects(scene, Kind.BALANCE))
 
 
 def over_area(asked: Request) -> bool:
@@ -283,13 +281,16 @@ def _over_area(
         return np.maximum(*(changed_by(contact, better, one, loads[1]) for one in (swing, slower)))
 
     source: Contact | AreaSource = coarse
-    if tolerance is None:
+    if tolerance is None and coarse.of_one_surface:  # a table is of one surface
         source = table_source()
         mean: Mean = source.mean
         cells = LEFT_OF_CHANGE * most_changed(coarsened(coarse, 2.0), fine)
     else:
-        source = coarse = fine
-        cells = np.zeros(len(QUANTITIES))  # `cells_along_path` has chosen them
+        cells = np.zeros(len(QUANTITIES))
+        if tolerance is None:
+            cells = LEFT_OF_CHANGE * most_changed(coarsened(coarse, 2.0), fine)
+        else:
+            source = coarse = fine  # `cells_along_path` has chosen them
         mean = mean_over_area(coarse, (0.0, heaviest), loads[1], AREA_MEAN_TOLERANCE, PLACES, MEANS)
     folded, seconds = folded_errors(source, swing, loads)
     missed = most_changed(source, fine) + cells

@@ -27,8 +27,6 @@ from synth.response.reading_filter import ORDERS
 from synth.response.table_error import QUANTITIES
 from synth.scene.effects_section import AUTO, FrozenMapping, declaration
 from synth.scene.scene import Scene
-from synth.surfaces import profile_of
-from synth.surfaces.height_field import HeightField
 
 PUT_IN = 0.4  # of the tolerance: between a tenth, which would be negligible, and the whole
 LONGEST_WHOLE = 1.0  # m: longest period over which effects are solved: the longest of a texture that is not a profile
@@ -131,8 +129,6 @@ def unfit(scene: Scene, effect: Effect, *, load_varies: bool, ends_move: bool = 
     """
     if scene.finger.kind not in effect.fingers:
         return f"It is an effect of a {' or a '.join(effect.fingers)}; this finger is a {scene.finger.kind}."
-    if isinstance(profile_of(scene), HeightField) and not effect.areas:
-        return "It is an effect of a texture along a line; this texture has heights over an area."
     given = {name: settings for name, settings in scene.effects.items() if settings != AUTO}
     for name, settings in given.items():
         clash = effect_called(name).clash(settings, {effect.name: AUTO})

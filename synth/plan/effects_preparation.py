@@ -17,6 +17,7 @@ from synth.contact.load_balance import Contact
 from synth.effects.effect import AddedChannel, BalanceEffect, Effect, Kind, OutputStage, ShapeEffect
 from synth.effects.simulation.terms import Terms
 from synth.errors import SceneError
+from synth.motion.motion import LARGEST_LOAD
 from synth.plan.channels import NEARLY, PEAK, STILL, ChannelPlan
 from synth.plan.effect_choice import (
     LeftOut,
@@ -34,6 +35,7 @@ from synth.plan.effect_choice import (
     unfit,
 )
 from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
+from synth.response.table_making import HEAVIEST
 from synth.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -107,13 +109,14 @@ def shape_for(
     turns: texture periods per second.
     """
     heaviest = max(*loads, scene.scan.lift_load)
+    of_cells = heaviest if heaviest < LARGEST_LOAD else max(HEAVIEST, scene.scan.load)  # of a hand
     judged_at = sorted({max(load, scene.scan.lift_load) for load in (*loads, scene.scan.load)})
     called: list[SimulatedEffect] = []
     spared: list[LeftOut] = []
     for given, autos in groups(scene, Kind.SHAPE):
         for effect, settings in given:
             assert isinstance(effect, ShapeEffect)
-            contact = effect.shaped(contact, settings)
+            contact = effect.shaped(contact, settings).covering(of_cells)
             called.append(SimulatedEffect(effect, settings))
         tried: list[Tried] = []
         for effect, settings in autos:
@@ -123,7 +126,7 @@ def shape_for(
                 spared.append(LeftOut(effect.name, reason, None) if reason else _beside_given(effect, given[0][0]))
                 continue
             try:
-                shaped = effect.shaped(contact, settings)
+                shaped = effect.shaped(contact, settings).covering(of_cells)
                 shaped.geometry_at(heaviest)
                 change = _shape_change(contact, shaped, demand, judged_at)
             except SceneError as error:

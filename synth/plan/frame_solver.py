@@ -28,6 +28,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -41,6 +42,9 @@ from synth.response.mean_approach import Mean
 from synth.response.spectrum import Demand, Spectrum, curves, points_for, solve_spectrum
 from synth.scene.scene import Scene
 from synth.surfaces.height_field import HeightField
+
+if TYPE_CHECKING:
+    from synth.contact.area_forces import ForceOverArea
 
 Heights = Callable[..., Array]
 
@@ -164,8 +168,8 @@ def counted(
     return FramePlan(count, stride, errors, scale, work)
 
 
-def solution_nanoseconds(contact: Contact) -> float:
-    """Return the predicted processor time of a solution of `contact`, ns."""
+def solution_nanoseconds(contact: Contact | ForceOverArea) -> float:
+    """Return the predicted processor time of a solution of `contact`, or of a force, ns."""
     over = OVER_AREA if isinstance(contact.geometry.profile, HeightField) else 1.0
     return EXACT_CELL * over * contact.grid.cells
 

@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from dataclasses import asdict, dataclass
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.kept_files import json_form
 from synth.motion.scan_motion import ScanMotion
-from synth.plan.direct_plan import PATH_SLOPE
+from synth.plan.direct_plan import PATH_SLOPE, over_area
 from synth.plan.frame_solver import FramePlan, counted, solution_nanoseconds, stride_of
 from synth.plan.request import Request
 from synth.plan.scene_table import entry_of
@@ -35,6 +35,9 @@ from synth.response.band_filter import SOLUTIONS
 from synth.response.spectrum import DISCRETE_SHARE, FIRST_ORDER, Demand, changes, harmonics_of, points_for, remaining
 from synth.response.table_error import QUANTITIES
 from synth.response_cache import ResponseCache
+
+if TYPE_CHECKING:
+    from synth.contact.area_forces import ForceOverArea
 
 SECONDS = 0.05  # of the swing: at 80 mm/s it covers 1.3 mm
 SHORT, BEGINS = 0.03, (0.1, 0.5, 0.8)  # length (s) and middle phases (turns) of the swings on which cells are judged
@@ -55,9 +58,14 @@ class CellErrors:
 CELLS_FORM = json_form(asdict, lambda fields: CellErrors(tuple(fields["errors"])))
 
 
-def cells_along_path(asked: Request, contact: Any, tolerance: float) -> tuple[Any, Array]:
-    """Return `contact` in the cells of a file along a path, and the remaining error of each quantity by the cells."""
-    scene = asked.scene
+def cells_along_path(
+    asked: Request, contact: Any, tolerance: float, orders: tuple[int, ...] | None = None
+) -> tuple[Any, Array]:
+    """Return `contact`, or a force, in the cells of a file along a path, and the error of each quantity by the cells.
+
+    orders: as of `path_frames`.
+    """
+    scene, listed = asked.scene, list(asked.orders if orders is None else orders)
     load, fastest = max(scene.scan.load, scene.scan.lift_load), ScanMotion(scene).fastest()
     swing = Swing(SOLUTIONS * scene.output.band_limit, scene.output.band_limit, fastest, PATH_SLOPE, SHORT)
     if contact.halved() is None:
@@ -72,7 +80,7 @@ def cells_along_path(asked: Request, contact: Any, tolerance: float) -> tuple[An
             return contact, np.array(changed) / (1.0 - smaller.settles)
         left = np.array(remaining(changed, earlier, smaller.settles))
         contact, earlier = smaller, changed
-        if np.max(left[list(asked.orders)]) <= DISCRETE_SHARE * tolerance:
+        if np.max(left[listed]) <= DISCRETE_SHARE * tolerance:
             break
     return contact, UNSEEN * left
 
@@ -109,29 +117,38 @@ def beside_cells(tolerance: float, cells: Array) -> float:
     return tolerance - min(float(np.max(cells)), DISCRETE_SHARE * tolerance)
 
 
-def path_frames(asked: Request, contact: Contact, cells: Array, tolerance: float, scale: float) -> FramePlan | None:
+def path_frames(
+    asked: Request,
+    contact: Contact | ForceOverArea,
+    cells: Array,
+    tolerance: float,
+    scale: float,
+    orders: tuple[int, ...] | None = None,
+) -> FramePlan | None:
     """Return how a file along a path is solved, or None if that would take too much time or memory.
 
-    contact, cells: of `cells_along_path`.
+    contact, cells: of `cells_along_path`; or a force, and the error of it.
     scale: the kept band, as a part of the whole band.
+    orders: of a force, whose errors between two directions are not added; None: those of the request.
     """
     scene, frames = asked.scene, asked.scene.output.sample_rate / stride_of(scale)
     load, fastest = max(scene.scan.load, scene.scan.lift_load), ScanMotion(scene).fastest()
-    band, orders = scene.output.band_limit, list(asked.orders)
+    band, listed = scene.output.band_limit, list(asked.orders if orders is None else orders)
     count = max(1, math.ceil(SOLUTIONS * band / frames))
-    allowed = np.maximum(FOLDED_SHARE * tolerance, CELLS_SHARE * cells[orders])
+    allowed = np.maximum(FOLDED_SHARE * tolerance, CELLS_SHARE * cells[listed])
+    slope = PATH_SLOPE if over_area(asked) else 0.0
     while True:
-        swing = Swing(count * frames, band, fastest, PATH_SLOPE, SECONDS)
+        swing = Swing(count * frames, band, fastest, slope, SECONDS)
         z = swing.heights(contact, load, 0.5)
         fine = swing.curves(z)
-        folded = MORE_FOLDS * relative(_largest(fine[:, ::2] - swing.curves(z[::2])), np.ptp(fine, axis=1))[orders]
+        folded = MORE_FOLDS * relative(_largest(fine[:, ::2] - swing.curves(z[::2])), np.ptp(fine, axis=1))[listed]
         if np.all(folded <= allowed) or count * frames > MOST_SOLUTIONS:
             break
         count *= 2
-    if scene.scan.turns:
+    if scene.scan.turns and orders is None:
         judged = Swing(SOLUTIONS * band, band, fastest, PATH_SLOPE, SECONDS)
-        folded = folded + turning_errors(contact, contact, judged, load)[orders]
-    folded = folded + cells[orders]
+        folded = folded + turning_errors(contact, contact, judged, load)[listed]
+    folded = folded + cells[listed]
     errors = tuple(folded.tolist())
     return counted(scene, scale, count, errors, solution_nanoseconds(contact))
 

@@ -25,7 +25,7 @@ from synth.motion.motion import LARGEST_LOAD
 from synth.motion.recorded_motion import rendered_part
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.channels import NEARLY, ChannelPlan, SteadyScan
-from synth.plan.contact_choice import contact_in_cells, on_line
+from synth.plan.contact_choice import contact_in_cells, on_line, shape_in_cells
 from synth.plan.direct_plan import (
     DirectPlan,
     beyond_table,
@@ -53,8 +53,7 @@ from synth.response.spectrum import Demand, Spectrum
 from synth.response.table import ResponseTable
 from synth.response.table_error import QUANTITIES
 from synth.response_cache import SHARED, ResponseCache
-from synth.scene.effects_section import declaration
-from synth.scene.line_scan import along_x, turned_on_line
+from synth.scene.line_scan import along_x
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
 
@@ -139,7 +138,6 @@ def prepare(
     kept = cache or SHARED
     told: tuple[str, ...] = ()
     scene = along_x(scene)
-    _require_areas(scene)
     if not by_hand and not paced:
         scene, told = rendered_part(scene)
     output = (scene.output.channel_list, scene.output.sample_rate, scene.output.bandwidth)
@@ -163,17 +161,6 @@ def prepare(
     return replace(found, scene=scene, warnings=(*told, *found.warnings))
 
 
-def _require_areas(scene: Scene) -> None:
-    """Raise SceneError where a finger is turned on a texture along a line, and an effect simulates that line only."""
-    if not turned_on_line(scene):
-        return
-    told = "a finger that is turned", "a finger along x, whose line is simulated"
-    hint = "Leave the effect out, or write 0 for every direction of the finger."
-    lacking = [name for name in scene.effects if not declaration(name).areas]
-    if lacking:
-        raise SceneError([Fault(f"/effects/{name}", *told, hint) for name in lacking])
-
-
 def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) -> Preparation:
     scene, geometry = asked.scene, Geometry.of_scene(asked.scene)
     tolerance = scene.accuracy.tolerance if isinstance(scene.accuracy.tolerance, float) else EXACT
@@ -185,6 +172,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
     if scene.accuracy.tolerance == "imperceptible":
         tolerance = imperceptible(contact, asked)
     contact, shapes, demand = shaped_contact(asked, contact, beside_cells(tolerance, cells))
+    contact, cells = shape_in_cells(asked, cache, tolerance, contact, cells, file=file)
     if file and on_line(asked, geometry) and any(asked_effects(scene, Kind.BALANCE)):
         cells = cells_along_line(asked, contact, cache)  # a simulation has no series that tells them
     spectrum = series_of(asked, contact, demand, cache)

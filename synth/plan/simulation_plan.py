@@ -30,7 +30,7 @@ import numpy as np
 from synth.effects.simulation.decimation import Decimator, narrowest
 from synth.effects.simulation.running import RESPONSE, Signal, Simulation
 from synth.effects.simulation.terms import ELASTIC, Terms
-from synth.plan.contact_steppers import point_stepper, table_stepper
+from synth.plan.contact_steppers import point_stepper, slope_forces, table_stepper
 from synth.plan.effect_choice import SimulationCase, relative_change, stiffness_round
 from synth.plan.pilot_run import LONGEST_OWN, Pilot, run_own, run_pilot, started, steps_of_period, work_of
 from synth.response.band_edge import WHOLE_TO, edge_of
@@ -117,6 +117,7 @@ def plan_simulation(case: SimulationCase, terms: Terms, *, of_points: bool = Fal
     assert terms.mass > 0.0 or terms.damping == 0.0, "an effect that adds a damper also gives a mass"
     ends_move = case.load_varies and not case.contact.of_one_surface  # no table serves all loads
     of_points = of_points or terms.skin is not None or ends_move or not case.scene.scan.along_x
+    of_points = of_points or slope_forces(case) > 1  # a table has the energy along x only
     busy, patience = (BUSY, PATIENCE) if case.live else (BUSY_FILE, PATIENCE_FILE)
     counts = _points(case, terms, busy) if of_points else [0]
     tried = started(_first_simulation(case, terms, counts[0]), case)

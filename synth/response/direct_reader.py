@@ -37,6 +37,7 @@ Phases = np.ndarray[tuple[int], np.dtype[np.uint64]]
 
 GROUP = 40  # solutions: two groups in a block of 10 ms at 1 kHz; a fresh start takes the time of several solutions
 if TYPE_CHECKING:
+    from synth.contact.area_forces import ForceOverArea
     from synth.response.area_source import AreaSource
 
 LOAD = 2  # row of `motion`
@@ -65,7 +66,7 @@ class DirectState:
 class DirectReader:
     """Reads the channels of a voice without a table. It keeps no state: `start` returns one, `read` updates it.
 
-    contact: gives z (m) at phases (turns) and loads (N), and over an area along a path.
+    contact: gives z (m), or a force (N), at phases (turns) and loads (N), and over an area along a path.
     line: position of the texture across (m) and direction of the finger (rad), for a motion without a path over an
         area; None: the finger stays on its line.
     mean: mean of z over the surface (m) as a function of the cube root of the load (N^(1/3)).
@@ -78,7 +79,7 @@ class DirectReader:
     with_mean: whether each channel is the approach.
     """
 
-    contact: Contact | AreaSource
+    contact: Contact | AreaSource | ForceOverArea
     line: tuple[float, float] | None
     mean: Mean
     period: float

@@ -15,13 +15,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.contact.forces import Response
 from synth.kept_files import json_form
+
+if TYPE_CHECKING:
+    from synth.contact.area_forces import ForceOverArea
+
+    Source = Response | ForceOverArea
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
@@ -124,7 +129,7 @@ def points_for(highest: int) -> int:
     return max(64, 1 << (4 * highest).bit_length())
 
 
-def solve_spectrum(response: Response, load: float, demand: Demand, keep: int = 0) -> Spectrum:
+def solve_spectrum(response: Source, load: float, demand: Demand, keep: int = 0) -> Spectrum:
     """Return the series of `response` at `load` (N) that meets `demand`, or the best within the limits on work.
 
     keep: number of harmonics returned, at least those of the demand. Harmonics above the demand have no error bound.
@@ -141,7 +146,7 @@ def solve_spectrum(response: Response, load: float, demand: Demand, keep: int = 
     return _grown(response, load, demand, keep, min(MOST_PHASES, max(256, MOST_WORK // response.work_at(load))))
 
 
-def _refined(coarse: Response, finer: Response, load: float, demand: Demand, keep: int) -> Spectrum:
+def _refined(coarse: Source, finer: Source, load: float, demand: Demand, keep: int) -> Spectrum:
     """Return the series of a response whose solver has a discretisation, whose error is added to its own."""
     chosen, left = _discretised(coarse, finer, load, demand)
     spent = min(max(max(left), DISCRETE_SHARE * demand.tolerance), MOST_DISCRETE * demand.tolerance)
@@ -151,7 +156,7 @@ def _refined(coarse: Response, finer: Response, load: float, demand: Demand, kee
     return replace(found, errors=errors, discrete=left)
 
 
-def _discretised(coarse: Response, finer: Response, load: float, demand: Demand) -> tuple[Response, tuple[float, ...]]:
+def _discretised(coarse: Source, finer: Source, load: float, demand: Demand) -> tuple[Source, tuple[float, ...]]:
     """Return the response on a discretisation that keeps its share of the tolerance, and the error that it leaves.
 
     The discretisation is halved until the error that `remaining` returns is within DISCRETE_SHARE of the tolerance. It
@@ -210,7 +215,7 @@ def changes(
     return tuple(found), tuple(allowed)
 
 
-def _grown(response: Response, load: float, demand: Demand, keep: int, most: int) -> Spectrum:
+def _grown(response: Source, load: float, demand: Demand, keep: int, most: int) -> Spectrum:
     phases, scale = FEWEST_PHASES, response.scale_at(load)
     height = response.approach(np.arange(phases) / phases, load)[0]
     while True:
@@ -319,7 +324,7 @@ def _largest_gap(height: Array, between: Array) -> float:
     return float(np.max(np.abs(np.fft.irfft(np.fft.rfft(height) * shift, count) - between)))
 
 
-def _probed(response: Response, load: float, height: Array, unseen: float, scale: float) -> bool:
+def _probed(response: Source, load: float, height: Array, unseen: float, scale: float) -> bool:
     """Return whether the series through `height` agrees with exact solutions at phases between all grids.
 
     unseen: largest error of the series through every second of `height`. The error here must be at most SETTLED times

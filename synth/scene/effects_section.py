@@ -26,8 +26,6 @@ from synth.scene.finger_section import KINDS as FINGERS
 from synth.scene.output_section import FULL_SCALE_RANGES
 from synth.scene.rules import MOST_FAULTS, Refusal, Rule, nearest, refusal, refusals_of, refuse, refused
 from synth.scene.section import Section, needs_schema, plain, section_schema
-from synth.scene.texture_registry import kinds
-from synth.scene.texture_section import with_named
 
 FOLDER = "synth.effects"
 INTERFACE = "effect"  # the module that defines the interface of an effect
@@ -45,7 +43,7 @@ class Declaration(Protocol):
     without_auto: why "auto" makes no sense for it, or "".
     lowest_load: smallest load that a scene with it can have, N. It is 0 unless the effect holds a finger that pulls.
     fingers: kinds of finger that it supports (`finger.kind`).
-    areas: whether it supports textures with heights over an area.
+    why_fingers: why other kinds do not have it, as a sentence, or "".
     units: SI unit of each quantity that it adds.
     """
 
@@ -56,7 +54,7 @@ class Declaration(Protocol):
     without_auto: str
     lowest_load: float
     fingers: tuple[str, ...]
-    areas: bool
+    why_fingers: str
     units: Mapping[str, str]
 
     def added(self, settings: Any) -> int:
@@ -166,24 +164,20 @@ def lowest_load(effects: object) -> float:
 
 def needs_of(effect: Declaration) -> dict[str, list[str]]:
     """Return what `effect` needs in a scene: the paths of fields and the values that each may have."""
-    needs = {} if set(FINGERS) <= set(effect.fingers) else {"finger.kind": list(effect.fingers)}
-    if effect.areas:
-        return needs
-    return {**needs, "texture.kind": with_named([kind.name for kind in kinds().values() if not kind.of_area])}
+    return {} if set(FINGERS) <= set(effect.fingers) else {"finger.kind": list(effect.fingers)}
 
 
-def misplaced(effects: Mapping[str, Any], finger: str, texture: str, *, of_area: bool) -> Iterator[Refusal]:
-    """Yield a refusal for each of `effects`, as written, that does not support this kind of finger or texture."""
+def misplaced(effects: Mapping[str, Any], finger: str) -> Iterator[Refusal]:
+    """Yield a refusal for each of `effects`, as written, that does not support this kind of finger."""
     for name, settings in effects.items():
         if settings is None or settings == AUTO or name not in effect_names():
             continue
         effect = declaration(name)
-        if of_area and not effect.areas:
-            hint = f'Leave it out. This texture is of kind "{texture}".'
-            yield refusal(["effects", name], plain(settings), "an effect of a texture along a line", hint)
-        elif finger in FINGERS and finger not in effect.fingers:
+        if finger in FINGERS and finger not in effect.fingers:
             called = " or ".join(f'"{kind}"' for kind in effect.fingers)
-            hint = f"Leave it out, or write finger.kind {called}. This finger is a {finger}."
+            hint = (
+                f"Leave it out, or write finger.kind {called}. This finger is a {finger}. {effect.why_fingers}".strip()
+            )
             yield refusal(["effects", name], plain(settings), f"an effect of a finger of kind {called}", hint)
 
 

@@ -18,7 +18,7 @@ from typing import Annotated, Any, BinaryIO, NoReturn
 from pydantic import Field, ValidationError
 
 from synth.errors import Fault, SceneError, shown
-from synth.scene.catalogue import catalogue_kinds, catalogue_names, lookup
+from synth.scene.catalogue import catalogue_names, lookup
 from synth.scene.effects_section import Effects, FrozenMapping, declaration, lowest_load, misplaced
 from synth.scene.finger_section import Finger
 from synth.scene.output_section import Accuracy, Channel, Output
@@ -28,7 +28,7 @@ from synth.scene.scan_section import CLOCK, LOWEST_LOAD, Scan, since
 from synth.scene.section import Section, inner_section, plain, rule_of, section_schema
 from synth.scene.sound_scene import CALLED, HEAD_BYTES, document_in_sound, is_sound
 from synth.scene.text import json_text, object_from_text, pointer
-from synth.scene.texture_registry import DEFAULT, kinds, with_files
+from synth.scene.texture_registry import with_files
 from synth.scene.texture_section import Texture
 
 
@@ -70,14 +70,9 @@ class Scene(Section):
 
     @classmethod
     def conflicts(cls, given: Fields) -> list[Refusal]:
-        """Refuse effects that need another kind of texture or finger."""
-        finger, texture = _kind(given, "finger", "comb"), _kind(given, "texture", DEFAULT)
+        """Refuse effects that need another kind of finger."""
         effects = given.get("effects")
-        texture = catalogue_kinds().get(texture, texture)
-        of_area = texture in kinds() and kinds()[texture].of_area
-        if not isinstance(effects, Mapping):
-            return []
-        return list(misplaced(effects, finger, texture, of_area=of_area))
+        return list(misplaced(effects, _kind(given, "finger", "comb"))) if isinstance(effects, Mapping) else []
 
 
 def _kind(given: Fields, section: str, default: str) -> str:

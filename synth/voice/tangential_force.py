@@ -1,26 +1,29 @@
 """The tangential force of a voice: read from responses of force, or taken from the simulation.
 
 Stage   3 (VOICE), used only by the effect `tangential`.
-Model   In a steady scan the slope force and friction are one series. In a motion each has a response table, and the
-        direction of friction is applied at each frame. In a simulation both are read from its frames.
+Model   The components are those along x and, if asked for, y of the surface. Friction acts in the direction of the
+        motion, which is applied at each frame.
+        In a steady scan the slope force and friction are one series. Elsewhere they are read: along a line from
+        response tables, over an area as `area_force_reading` has it. In a simulation both are read from its frames.
+        The surface along a line has no slope across, so its force along y is friction alone.
 Limits  The error of a simulated force is that of z in `simulation_plan`, at the scan's own speed and load, without what
         has not settled where the scan begins.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from synth.arrays import Array, Block
-from synth.contact.forces import FrictionForce, Response, SlopeForce
+from synth.contact.forces import FrictionForce, SlopeForce
 from synth.effects.effect import AddedChannel, Passage
-from synth.effects.simulation.running import PRESS, SLOPE, Running, Signal, gates_of
+from synth.effects.simulation.running import PRESS, SLOPE, SLOPE_ACROSS, Running, Signal, gates_of
 from synth.errors import Fault, SceneError
-from synth.motion.motion import LOAD, SPEED
+from synth.motion.motion import ACROSS, LOAD, SPEED
+from synth.motion.scan_motion import ScanMotion
 from synth.plan.channels import PEAK, ROUNDING, STILL, extent_and_peak, spendable
 from synth.plan.preparation import Preparation
 from synth.plan.scene_series import SERIES_SHARE
@@ -32,34 +35,40 @@ from synth.response.table import ResponseTable
 from synth.response.table_reader import TableReader
 from synth.response_cache import ResponseCache
 from synth.scene.finger_section import KINDS
+from synth.scene.line_scan import as_written
+from synth.surfaces.height_field import HeightField
+from synth.voice.area_force_reading import MovingForce, SolvedForces, of_cells, reader_of
+from synth.voice.friction_direction import along_scan, directed, own_direction
 from synth.voice.table_reading import HandReader, ScanReader, TableChannels, delayed
 
-QUANTITY = "tangential_force"
+QUANTITY, QUANTITY_ACROSS = "tangential_force", "tangential_force_y"
 READ_AS = "displacement", "approach"  # how the tables are read: the slope force has no mean, friction has one
 LIVE_WORK, FILE_WORK = 2.0, 8.0  # times the work of a contact's table: a phase of friction takes ten times as long
 MOST_ERROR = 1.0  # of the peak-to-peak: a larger error is refused, if the table lacks harmonics in the band
 LEFT_BY_COARSER = 1.0  # error over the change by half the points or table: a force has slopes, of a lower order than z
-SIMULATED = (Signal(SLOPE, 0), Signal(PRESS, 0))
+SIGNALS = (Signal(SLOPE, 0), Signal(SLOPE_ACROSS, 0))  # of a simulation, of each component
 
 
 @dataclass(frozen=True, slots=True)
 class Force:
     """One force over place and load.
 
-    series: harmonics at the scan's load, without the mean, N.
+    series: harmonics at the scan's load, without the mean, N; of a moving finger over an area those of a swing.
     mean: over a period at that load, N.
-    table: for reading a motion; None in a steady scan.
     error: relative to the peak-to-peak of the force.
+    table: for reading a motion along a line.
+    moving: for reading a motion over an area.
     """
 
     series: Complex
     mean: float
-    table: ResponseTable | None
     error: float
+    table: ResponseTable | None = None
+    moving: MovingForce | None = None
 
     @classmethod
-    def of(cls, solved: Preparation, force: Response, cache: ResponseCache) -> Force:
-        """Return `force` of a prepared scene."""
+    def of(cls, solved: Preparation, force: Any, cache: ResponseCache) -> Force:
+        """Return `force` of a prepared scene, along a line or in a steady scan."""
         highest, load = max(solved.highest, 1), solved.scene.scan.load
         demand = Demand(highest, (0,), SERIES_SHARE * spendable(solved.tolerance))
         key = ("force", force.key, load, demand)
@@ -67,10 +76,21 @@ class Force:
         series, error = spectrum.harmonics[: highest + 1].copy(), spectrum.errors[0]
         mean, series[0] = float(series[0].real), 0.0
         if not solved.moving:
-            return cls(series, mean, None, error)
+            return cls(series, mean, error)
         work, rate = LIVE_WORK if solved.by_hand or solved.paced else FILE_WORK, solved.scene.output.sample_rate
         table = kept_table(force, solved.scene, cache, work=work)
-        return cls(series, mean, table, read_error(table, READ_AS[0], rate, solved.reported_loads, highest))
+        return cls(series, mean, read_error(table, READ_AS[0], rate, solved.reported_loads, highest), table)
+
+    @classmethod
+    def over_area(cls, solved: Preparation, force: Any, cache: ResponseCache) -> Force:
+        """Return `force` of a finger over an area."""
+        if solved.moving:
+            found = MovingForce.of(solved, force)
+            return cls(found.series, found.mean, found.error, moving=found)
+        steady = cls.of(solved, force, cache)
+        if force.refined() is not None:
+            return steady
+        return replace(steady, error=steady.error + of_cells(force, solved.scene.scan.load, len(steady.series) - 1))
 
     @property
     def left_over(self) -> float:
@@ -78,16 +98,48 @@ class Force:
         return self.error * extent_and_peak(self.series)[0]
 
 
+@dataclass(frozen=True, slots=True)
+class Steady:
+    """One component in a steady scan.
+
+    series: harmonics, without the mean, N.
+    level: the mean, N.
+    left_over: largest error, N.
+    """
+
+    series: Complex
+    level: float
+    left_over: float
+
+    @property
+    def extent(self) -> float:
+        """The peak-to-peak, N."""
+        return extent_and_peak(self.series)[0]
+
+    @property
+    def peak(self) -> float:
+        """The largest magnitude, N."""
+        return float(np.max(np.abs(curves(self.series, 0, 2 * points_for(len(self.series) - 1)) + self.level)))
+
+    def reader(self, lifted: float) -> tuple[SeriesCurve | None, float]:
+        """Return what reads it (None: nothing varies) and its mean (N), under the lift gate `lifted`."""
+        return SeriesCurve(lifted * self.series) if self.series.any() else None, lifted * self.level
+
+
 @dataclass(slots=True)
 class ForceState:
     """The state of a voice.
 
-    reader: of the tables, if there are any.
-    past: direction and load (N) of the last frames of a hand [2, frames].
+    reader: of the forces, if they are read.
+    own: motion of the scan as it is written.
+    past: direction [2] and load (N) of the last frames of a hand [3, frames].
+    place: along and across (m) of the last frame of a hand over an area.
     """
 
-    reader: HandReader | ScanReader | None
+    reader: HandReader | ScanReader | SolvedForces | None
+    own: ScanMotion
     past: Array | None = None
+    place: Array | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,90 +148,78 @@ class TangentialStage:
 
     law: the settings of the effect `tangential`: the law of friction, and the requested full scale (N).
     solved: the prepared scene.
-    forces: the slope force and, unless it is Coulomb's, friction; empty where a simulation provides both.
-    steady: reader and mean (N) of a constant scan, else None.
-    channel: the channel that it adds.
+    slopes: the slope force of each component that has one; empty where a simulation provides all forces.
+    friction: unless it is Coulomb's.
+    steady: reader (None: nothing varies) and mean (N) of each component in a constant scan; else empty.
+    channels: the channels that it adds.
     """
 
     law: Any
     solved: Preparation
-    forces: tuple[Force, ...]
-    steady: tuple[SeriesCurve, float] | None
-    channel: AddedChannel
+    slopes: tuple[Force, ...]
+    friction: Force | None
+    steady: tuple[tuple[SeriesCurve | None, float], ...]
+    channels: tuple[AddedChannel, ...]
 
     @classmethod
     def of(cls, solved: Preparation, law: Any, cache: ResponseCache) -> TangentialStage:
         """Return the stage of a prepared scene. The scene must not be silent."""
         assert solved.effects is not None and solved.contact is not None and solved.spectrum is not None
         if solved.effects.simulation is not None:
-            return cls(law, solved, (), None, _simulated_channel(solved, law))
-        scan = solved.scene.scan
-        if law.pressure_exponent != 1.0 and not solved.contact.of_one_line:
-            allowed = "1 under a fingertip, for which the pressure of each place is not computed"
-            others = " or ".join(f'"{name}"' for name, kind in KINDS.items() if not kind.of_area)
-            hint = f"Write a pressure_exponent of 1, or finger.kind {others}."
-            value = f"{law.pressure_exponent:g}"
-            raise SceneError([Fault("/effects/tangential/pressure_exponent", value, allowed, hint)])
-        direction, mean = math.tanh(scan.speed / law.reversal_speed), law.friction_coefficient * scan.load
-        contact = solved.contact.as_profile()
-        forces = [Force.of(solved, SlopeForce(contact), cache)]
-        series, left_over = forces[0].series, forces[0].left_over
-        if law.pressure_exponent != 1.0 and law.friction_coefficient > 0.0:
-            response = FrictionForce(contact, law.friction_coefficient, law.pressure_exponent, law.reference_pressure)
-            forces.append(Force.of(solved, response, cache))
-            mean = forces[1].mean
-            series = series + direction * forces[1].series
-            left_over += abs(direction) * forces[1].left_over
-        lifted, level = float(gate(scan.load, scan.lift_load)), direction * mean
-        extent, _peak = extent_and_peak(series)
-        peak = lifted * float(np.max(np.abs(curves(series, 0, 2 * points_for(len(series) - 1)) + level)))
-        scale = law.full_scale or (peak / PEAK if peak > STILL else 1.0)
-        error = left_over / extent if extent > 0.0 else 0.0
-        steady, method = None, "response table of the force"
+            return cls(law, solved, (), None, (), _simulated_channels(solved, law))
+        slopes, friction = _forces(solved, law, cache)
+        scan, direction = solved.scene.scan, own_direction(solved.scene, law)
+        mean = law.friction_coefficient * scan.load if friction is None else friction.mean
+        components = []
+        for axis, way in enumerate(direction[: law.count].tolist()):
+            series, left = np.zeros(2, complex), 0.0
+            if axis < len(slopes):
+                series, left = slopes[axis].series, slopes[axis].left_over
+            if friction is not None:
+                series, left = _sum(series, way * friction.series), left + abs(way) * friction.left_over
+            aside = slopes[axis].mean if 0 < axis < len(slopes) else 0.0  # along the motion it is 0
+            components.append(Steady(series, way * mean + aside, left))
+        _require_detail(solved, slopes, components)
+        lifted = float(gate(scan.load, scan.lift_load))
+        steady: tuple[tuple[SeriesCurve | None, float], ...] = ()
         if not solved.moving:
-            reader = SeriesCurve(lifted * series)
-            steady, method = (reader, lifted * level), reader.name
-        worst, held = max(error, *(one.error for one in solved.channels)), bounds_for(solved.scene).harmonics
-        if solved.moving and solved.highest > held and worst > MOST_ERROR:
-            allowed = f"an error of {MOST_ERROR:g} or less wherever speed or load change, where a table is read"
-            hint = (
-                "The texture has more detail than a table holds. Write a shorter texture, render a file at constant "
-                "speed and load, or leave tangential out."
-            )
-            value = f"an error of {worst:.2g} of the peak-to-peak"
-            raise SceneError([Fault("/effects/tangential", value, allowed, hint)])
-        channel = AddedChannel(QUANTITY, scale, lifted * extent, error + ROUNDING, method)
-        return cls(law, solved, tuple(forces), steady, channel)
-
-    @property
-    def channels(self) -> tuple[AddedChannel, ...]:
-        """See `OutputStage`."""
-        return (self.channel,)
+            steady = tuple(one.reader(lifted) for one in components)
+        method = "solved forces" if slopes[0].moving else "response table of the force"
+        if steady:
+            method = SeriesCurve(slopes[0].series).name
+        return cls(law, solved, slopes, friction, steady, _channels(law, components, lifted, method))
 
     @property
     def signals(self) -> tuple[Signal, ...]:
         """See `OutputStage`."""
-        return () if self.forces else SIMULATED
+        return () if self.slopes else _signals(self.solved, self.law)
 
     def louder(self, times: float, moved: tuple[float, ...]) -> TangentialStage:
         """See `OutputStage`."""
         if self.law.full_scale is not None:
             return self
-        return replace(self, channel=replace(self.channel, full_scale=self.channel.full_scale * times))
+        return replace(self, channels=tuple(replace(one, full_scale=one.full_scale * times) for one in self.channels))
 
     def start(self, phase: int) -> ForceState:
         """See `OutputStage`."""
         scene = self.solved.scene
-        rate = scene.output.sample_rate
-        read = zip(self.forces, READ_AS, strict=False)
-        readers = tuple(TableReader.of(one.table, name, rate) for one, name in read if one.table is not None)
-        if not readers:
-            return ForceState(None)
-        if not self.solved.by_hand:
-            return ForceState(ScanReader(TableChannels(readers), scene))
-        hand = HandReader(TableChannels(readers), scene.texture.period, rate)
-        hand.phase = phase
-        return ForceState(hand)
+        own = ScanMotion(as_written(scene), whole=self.solved.live)
+        forces = (*self.slopes, *([] if self.friction is None else [self.friction]))
+        moving = tuple(one.moving for one in forces if one.moving is not None)
+        if moving:
+            reader = reader_of(self.solved, moving)
+        else:
+            read = zip(forces, READ_AS, strict=False)
+            rate = scene.output.sample_rate
+            readers = tuple(TableReader.of(one.table, name, rate) for one, name in read if one.table is not None)
+            if not readers:
+                return ForceState(None, own)
+            if not self.solved.by_hand:
+                return ForceState(ScanReader(TableChannels(readers), scene), own)
+            reader = HandReader(TableChannels(readers), scene.texture.period, rate)
+        state = ForceState(reader, own)
+        self.begin_at(state, phase)
+        return state
 
     def begin_at(self, state: ForceState, phase: int) -> None:
         """See `OutputStage`."""
@@ -192,27 +232,33 @@ class TangentialStage:
 
     def step(self, state: ForceState, passage: Passage, block: Block) -> None:
         """See `OutputStage`."""
-        column, scale = passage.column, self.channel.full_scale
-        if self.steady is not None:
-            reader, level = self.steady
-            reader.read(passage.phase, passage.step, 1.0 / scale, block, column)
-            block[:, column] += np.float32(level / scale)
+        column, scale = passage.column, self.channels[0].full_scale
+        if self.steady:
+            for place, (reader, level) in enumerate(self.steady, column):
+                block[:, place] = 0.0
+                if reader is not None:
+                    reader.read(passage.phase, passage.step, 1.0 / scale, block, place)
+                block[:, place] += np.float32(level / scale)
             return
-        direction, load = self._of_motion(state, passage, len(block))
+        *direction, load = self._of_motion(state, passage, len(block))
         if passage.signals is not None:
-            slope, pressed = passage.signals
-            force = slope + direction * self.law.friction_coefficient * pressed
+            *slopes, friction = passage.signals
+            friction = self.law.friction_coefficient * friction
         else:
-            force = self._read(state, passage, direction, load)
-        force = force / scale
-        block[:, column] = np.where(np.abs(force) >= SMALLEST, force, 0.0)
+            slopes, friction = self._read(state, passage, load)
+        for axis in range(len(self.channels)):
+            force = direction[axis] * friction
+            if axis < len(slopes):
+                force = slopes[axis] + force
+            force = force / scale
+            block[:, column + axis] = np.where(np.abs(force) >= SMALLEST, force, 0.0)
 
     def _of_motion(self, state: ForceState, passage: Passage, frames: int) -> Array:
-        """Return the direction of friction and the gated load (N) at each frame of the block [2, frames]."""
+        """Return both parts of the direction of friction and the gated load (N) at each frame of the block."""
         scan, motion = self.solved.scene.scan, passage.motion
-        speeds = np.full(frames, scan.speed) if motion is None else motion.samples[SPEED]
         loads = np.full(frames, scan.load) if motion is None else np.ascontiguousarray(motion.samples[LOAD])
-        both = np.array([np.tanh(speeds / self.law.reversal_speed), loads * gates_of(loads, scan.lift_load)])
+        moved = self._after_hand(state, passage) if passage.by_hand else along_scan(state.own, passage.frame, frames)
+        both = np.array([*directed(moved, self.law.reversal_speed), loads * gates_of(loads, scan.lift_load)])
         late = self.delay(state) or passage.late
         if not late:
             return both
@@ -220,30 +266,122 @@ class TangentialStage:
             state.past = np.repeat(both[:, :1], late, axis=1)
         return np.asarray(delayed(both, state.past))
 
-    def _read(self, state: ForceState, passage: Passage, direction: Array, load: Array) -> Array:
-        """Return the force (N) at the frames of a motion, from the tables."""
+    def _after_hand(self, state: ForceState, passage: Passage) -> Array:
+        """Return the speed of the surface under a hand along x and y (m/s) at each frame [2, frames]."""
+        motion = passage.motion
+        assert motion is not None
+        speeds = np.stack([motion.samples[SPEED], np.zeros(motion.frames)])
+        if not motion.path.size or not len(motion.position):
+            return speeds
+        places = np.stack([motion.position, motion.path[ACROSS]])
+        before = places[:, :1] if state.place is None else state.place
+        state.place = places[:, -1:]
+        return np.asarray(np.diff(places, axis=1, prepend=before) * self.solved.scene.output.sample_rate)
+
+    def _read(self, state: ForceState, passage: Passage, load: Array) -> tuple[list[Array], Array]:
+        """Return the slope forces and the size of friction (N) at the frames of a motion."""
         assert state.reader is not None and passage.motion is not None
-        read = np.zeros((len(load), len(self.forces)), np.float32)
+        count = len(self.slopes)
+        read = np.zeros((len(load), count + (self.friction is not None)), np.float32)
         if isinstance(state.reader, HandReader):
             state.reader.read(passage.motion, read)
         else:
             state.reader.read(passage.frame, read)
-        friction = self.law.friction_coefficient * load if len(self.forces) == 1 else read[:, 1]
-        return np.asarray(read[:, 0] + direction * friction)
+        rows: list[Any] = list(read.T)
+        return rows[:count], self.law.friction_coefficient * load if self.friction is None else rows[count]
 
 
-def _simulated_channel(solved: Preparation, law: Any) -> AddedChannel:
-    """Return the channel of a simulated force: its peak and error at the scan's own speed and load."""
+def _forces(solved: Preparation, law: Any, cache: ResponseCache) -> tuple[tuple[Force, ...], Force | None]:
+    """Return the slope force of each component that has one, and friction unless it is Coulomb's."""
+    whole: Any = solved.contact
+    powered = law.pressure_exponent != 1.0 and law.friction_coefficient > 0.0
+    friction = law.friction_coefficient, law.pressure_exponent, law.reference_pressure
+    if isinstance(whole.geometry.profile, HeightField):
+        from synth.contact.area_forces import AreaFriction, AreaSlopeForce
+
+        contact = _on_cells(solved)
+        slopes = tuple(Force.over_area(solved, AreaSlopeForce(contact, axis), cache) for axis in range(law.count))
+        return slopes, Force.over_area(solved, AreaFriction(contact, *friction), cache) if powered else None
+    if powered and not whole.of_one_line:
+        allowed = "1 under a fingertip, for which the pressure of each place is not computed"
+        others = " or ".join(f'"{name}"' for name, kind in KINDS.items() if not kind.of_area)
+        hint = f"Write a pressure_exponent of 1, or finger.kind {others}."
+        value = f"{law.pressure_exponent:g}"
+        raise SceneError([Fault("/effects/tangential/pressure_exponent", value, allowed, hint)])
+    contact = whole.as_profile()
+    slope = Force.of(solved, SlopeForce(contact), cache)
+    return (slope,), Force.of(solved, FrictionForce(contact, *friction), cache) if powered else None
+
+
+def _on_cells(solved: Preparation) -> Any:
+    """Return the contact over an area whose cells are solved: beside a layered table, that of other directions."""
+    source: Any = solved.contact if solved.direct is None else solved.direct.contact
+    return getattr(source, "contact", source)
+
+
+def _sum(one: Complex, other: Complex) -> Complex:
+    """Return the sum of two series."""
+    total = np.zeros(max(len(one), len(other)), complex)
+    total[: len(one)] = one
+    total[: len(other)] += other
+    return total
+
+
+def _require_detail(solved: Preparation, forces: tuple[Force, ...], components: list[Steady]) -> None:
+    """Raise SceneError where a table is read that lacks much of the band, of a force or of the motion beside it."""
+    if not any(one.table is not None for one in forces) or solved.highest <= bounds_for(solved.scene).harmonics:
+        return
+    of_force = components[0].left_over / components[0].extent if components[0].extent > 0.0 else 0.0
+    worst = max(of_force, *(one.error for one in solved.channels))
+    if worst <= MOST_ERROR:
+        return
+    allowed = f"an error of {MOST_ERROR:g} or less wherever speed or load change, where a table is read"
+    hint = (
+        "The texture has more detail than a table holds. Write a shorter texture, render a file at constant "
+        "speed and load, or leave tangential out."
+    )
+    raise SceneError([Fault("/effects/tangential", f"an error of {worst:.2g} of the peak-to-peak", allowed, hint)])
+
+
+def _channels(law: Any, components: list[Steady], lifted: float, method: str) -> tuple[AddedChannel, ...]:
+    """Return the added channels: of one full scale, and with errors relative to the largest peak-to-peak.
+
+    lifted: the lift gate at the load of the scan.
+    """
+    peak, extent = (lifted * max(getattr(one, name) for one in components) for name in ("peak", "extent"))
+    scale, found = law.full_scale or (peak / PEAK if peak > STILL else 1.0), []
+    for quantity, one in zip((QUANTITY, QUANTITY_ACROSS), components, strict=False):
+        error = lifted * one.left_over / extent if extent > 0.0 else 0.0
+        found.append(AddedChannel(quantity, scale, lifted * one.extent, error + ROUNDING, method))
+    return tuple(found)
+
+
+def _signals(solved: Preparation, law: Any) -> tuple[Signal, ...]:
+    """Return the signals of a simulation: the slope force of each component that has one, and the pressure."""
+    contact: Any = solved.contact
+    count = law.count if isinstance(contact.geometry.profile, HeightField) else 1
+    return (*SIGNALS[:count], Signal(PRESS, 0))
+
+
+def _simulated_channels(solved: Preparation, law: Any) -> tuple[AddedChannel, ...]:
+    """Return the channels of a simulated force: their peak and error at the scan's own speed and load."""
     assert solved.effects is not None and solved.effects.simulation is not None
-    plan = solved.effects.simulation
-    direction = math.tanh(solved.scene.scan.speed / law.reversal_speed)
+    plan, signals = solved.effects.simulation, _signals(solved, law)
+    direction = law.friction_coefficient * own_direction(solved.scene, law)[: law.count, np.newaxis]
     simulations = plan.nominal, plan.finer, *plan.coarser
-    runs = [Running(one, SIMULATED).along(0, plan.pilot.moved.shape[1]) for one in simulations]
-    coarse, fine, *pair = (slope + direction * law.friction_coefficient * pressed for slope, pressed in runs)
-    extent, peak = float(np.ptp(fine)), float(np.max(np.abs(fine)))
+    runs = []
+    for one in simulations:
+        *slopes, pressed = Running(one, signals).along(0, plan.pilot.moved.shape[1])
+        forces = direction * pressed
+        forces[: len(slopes)] += slopes
+        runs.append(forces)
+    coarse, fine, *pair = runs
+    extents, peak = np.ptp(fine, axis=1), float(np.max(np.abs(fine)))
     scale = law.full_scale or (peak / PEAK if peak > STILL else 1.0)
-    left = 4.0 / 3.0 * float(np.max(np.abs(fine - coarse)))
+    left = 4.0 / 3.0 * np.max(np.abs(fine - coarse), axis=1)
     if pair:
-        left += LEFT_BY_COARSER * float(np.max(np.abs(pair[1] - pair[0])))
-    error = left / extent if extent > 0.0 else 0.0
-    return AddedChannel(QUANTITY, scale, extent, error + plan.filtered + ROUNDING, "simulation")
+        left += LEFT_BY_COARSER * np.max(np.abs(pair[1] - pair[0]), axis=1)
+    errors = left / np.max(extents) if np.any(extents) else np.zeros(len(extents))
+    own = plan.filtered + ROUNDING
+    told = zip((QUANTITY, QUANTITY_ACROSS), extents.tolist(), (errors + own).tolist(), strict=False)
+    return tuple(AddedChannel(quantity, scale, extent, error, "simulation") for quantity, extent, error in told)

@@ -48,11 +48,45 @@ class AreaPoints:
 
     def heights(self, along: float, across: float, direction: float) -> Real:
         """Return h (m) of every point of a finger that has moved `along` and `across` (m)."""
+        under = map_coordinates(self.texture, self._knots(along, across, direction), order=1, mode="grid-wrap")
+        return np.asarray(self.finger + under)
+
+    def _knots(self, along: float, across: float, direction: float) -> Real:
+        """Return the row and column of the texture under every point."""
         c, s = math.cos(direction), math.sin(direction)
         u = (self.middle + c * self.x - s * self.y + along) / self.periods[0] * self.texture.shape[1]
         v = (s * self.x + c * self.y + across) / self.periods[1] * self.texture.shape[0]
-        under = map_coordinates(self.texture, [v, u], order=1, mode="grid-wrap")
-        return np.asarray(self.finger + under)
+        return np.stack([v, u])
+
+    def pushed(self, pressed: Real, along: float, across: float, direction: float) -> list[float]:
+        """Return minus the sum of share times `pressed` (m) times the slope of the texture along x and y (N).
+
+        The slope is the difference over a knot.
+        """
+        some = pressed > 0.0
+        at, found = self._knots(along, across, direction)[:, some], []
+        for axis, period in ((1, self.periods[0]), (0, self.periods[1])):
+            half = 0.5 * np.eye(2)[axis][:, np.newaxis]
+            ends = [map_coordinates(self.texture, at + way * half, order=1, mode="grid-wrap") for way in (-1, 1)]
+            slope = (ends[1] - ends[0]) * self.texture.shape[axis] / period
+            found.append(-self.share * float(np.sum(pressed[some] * slope)))
+        return found
+
+    def forces(self, path: Path, times: Real, z: Real, exponent: float = 1.0) -> Real:
+        """Return minus the sum of pressure times slope along x and y (N), and the sum of share max(h - z, 0)^exponent.
+
+        The pressure is elastic, of a finger at `z` (m) at `times` (s).
+        """
+        found = []
+        for t, at in zip(times.tolist(), z.tolist(), strict=True):
+            depth = np.maximum(self.heights(*path(t)) - at, 0.0)
+            powered = self.share * float(np.sum(depth[depth > 0.0] ** exponent))
+            found.append([*self.pushed(depth, *path(t)), powered])
+        return np.array(found).T
+
+    def elastic(self, path: Path, times: Real, load: float) -> Real:
+        """Return z (m) of an elastic finger without mass at `times` (s)."""
+        return np.array([self.resting(self.heights(*path(t)), load) for t in times.tolist()])
 
     def resting(self, h: Real, load: float, free: Real | float = 0.0, hardness: float = 1.0) -> float:
         """Return the z (m) at which hardness times the sum of share max(h - z - free, 0) is `load` (N)."""
@@ -63,20 +97,25 @@ class AreaPoints:
 
     def skin(self, path: Path, times: Real, load: float, tau: float) -> Real:
         """Return z (m) of viscous skin at `times` (s), relaxed at the first."""
+        return self.skin_with_forces(path, times, load, tau)[0]
+
+    def skin_with_forces(self, path: Path, times: Real, load: float, tau: float) -> Real:
+        """Return z (m), and minus the sum of pressure times slope along x and y (N), as `skin` does [3, times]."""
         step = float(times[1] - times[0])
         kept = math.exp(-step / tau)
-        found: list[float] = []
+        found: list[list[float]] = []
         indentation = np.zeros(len(self.x))
         for i, t in enumerate(times.tolist()):
             h = self.heights(*path(t))
             if i == 0:
                 z = self.resting(h, load)
-                indentation = np.maximum(h - z, 0.0)
+                indentation = pressed = np.maximum(h - z, 0.0)
             else:
                 z = self.resting(h, load, kept * indentation, 1.0 / (1.0 - kept))
+                pressed = np.maximum(h - z - kept * indentation, 0.0) / (1.0 - kept)
                 indentation = np.maximum(h - z, kept * indentation)
-            found.append(z)
-        return np.array(found)
+            found.append([z, *self.pushed(pressed, *path(t))])
+        return np.array(found).T
 
     def massive(self, path: Path, times: Real, load: float, mass: float, damping: float) -> Real:
         """Return z (m) of a mass at `times` (s), from rest at the first."""

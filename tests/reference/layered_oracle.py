@@ -20,9 +20,9 @@ def points_of(grid: Any) -> tuple[Real, Real, Real, Real]:
     found, there = [], grid.finger[:, 0] > NO_POINT
     for u, v in itertools.product((-QUARTER, QUARTER), repeat=2):
         x = grid.begin[0] + (grid.places[:, :1] - COLUMNS_BEFORE + np.arange(there.shape[1]) + u) / grid.texture.columns
-        y = np.broadcast_to(grid.begin[1] + (grid.places[:, 1:] + ROW_DISTANCE * v) / grid.texture.shape[0], x.shape)
+        y = np.broadcast_to(grid.begin[1] + (grid.places[:, 1:2] + ROW_DISTANCE * v) / grid.texture.shape[0], x.shape)
         heights = grid.finger[:, 0] + u * grid.finger[:, 1] + v * grid.finger[:, 2]
-        found.append((x[there], y[there], heights[there].astype(float), grid.finger[:, 3][there].astype(float)))
+        found.append((x[there], y[there], heights[there].astype(float), grid.shares[there]))
     x, y, heights, shares = (np.concatenate(one) for one in zip(*found, strict=True))
     return x, y, heights, shares
 

@@ -26,6 +26,7 @@ from synth.arrays import Array
 from synth.effects.simulation.decimation import Decimator
 from synth.effects.simulation.periodic import PeriodicState
 from synth.effects.simulation.steps import (
+    ACROSS_FORCE,
     ATTACHED,
     HEIGHT,
     REACTION,
@@ -42,16 +43,17 @@ from synth.response.lift_gate import gate
 from synth.response.phases import phase_step, phases_of, turns_to_phase
 from synth.scene.scene import Scene
 
-RESPONSE, SLOPE, PRESS, WHOLE = range(4)
-"""Kinds of signal: z about its mean (m), the force of the slopes (N), the sum of the pressure without attraction (N),
-and z itself (m)."""
+RESPONSE, SLOPE, PRESS, WHOLE, SLOPE_ACROSS = range(5)
+"""Kinds of signal: z about its mean (m), the force of the slopes along x (N), the sum of the pressure without
+attraction (N), z itself (m), and the force of the slopes along y (N)."""
+ROW_OF = {SLOPE: SLOPE_FORCE, PRESS: REACTION, WHOLE: HEIGHT, SLOPE_ACROSS: ACROSS_FORCE}
 
 
 @dataclass(frozen=True, slots=True)
 class Signal:
     """One output of a simulation.
 
-    kind: RESPONSE, SLOPE, PRESS or WHOLE.
+    kind: RESPONSE, SLOPE, PRESS, WHOLE or SLOPE_ACROSS.
     order: number of time derivatives.
     """
 
@@ -95,7 +97,7 @@ class Simulation:
         """Return a signal from the rows of some steps, before the lift gate."""
         if kind == RESPONSE:
             return np.asarray(rows[HEIGHT] - self.reference(np.cbrt(loads)) - self.offset)
-        return np.asarray(rows[HEIGHT if kind == WHOLE else SLOPE_FORCE if kind == SLOPE else REACTION])
+        return np.asarray(rows[ROW_OF[kind]])
 
 
 class Running:
@@ -263,7 +265,7 @@ class Running:
         out = np.empty((len(self.signals), frames))
         for row, signal in enumerate(self.signals):
             near = values[self._kinds.index(signal.kind)]
-            late = signal.kind in (SLOPE, PRESS)
+            late = signal.kind in (SLOPE, PRESS, SLOPE_ACROSS)
             taps = filters.late_row if late else filters.orders.index(signal.order)
             out[row] = filters.read(near, taps, frames)
         self._kept = values[:, frames * steps :].copy()

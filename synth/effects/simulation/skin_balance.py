@@ -7,9 +7,6 @@ Limits  z is solved to rounding.
 
 from __future__ import annotations
 
-import numpy as np
-
-from synth.effects.simulation.skin_points import write_rates
 from synth.effects.simulation.skin_profile import (
     FREE_FREE,
     HELD_FREE,
@@ -101,13 +98,8 @@ def settled_height(nodes, pieces, weights, window, base, alpha, z0, z, lowest):
 
 
 @inner
-def slope_when_pressed(rows, lattice, place, before, after, when, rates, nodes, pieces, weights, window, z):
-    """Return the mean over L of max(g - z, 0) times `rates`, of the texture at the part `when` between two phases.
-
-    rates: buffer, overwritten.
-    """
-    turned = np.float64(np.int64(after)) - (1.0 - when) * np.float64(np.int64(after - before))
-    write_rates(rows, lattice, place, TURNS * turned, rates)
+def slope_when_pressed(nodes, pieces, weights, window, rates, z):
+    """Return the mean over L of max(g - z, 0) times `rates`, of the texture where the pressure of the step acts."""
     begin, end, first, last = window
     work = slope_integral(rates, nodes, pieces, weights, z, first, last)
     if begin > 0.0:

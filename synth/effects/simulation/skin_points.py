@@ -11,7 +11,8 @@ Model   A comb or a probe has one row of equally spaced points over its length: 
         d) 3 / (2 + cos(2 pi n d)), with d the distance of points in periods. Areas over a few pieces are thus preserved
         at every offset, and a corner that passes the points makes no ripple. Across, it is the mean over a row, sinc(n
         d).
-        Where the contact grows with the load, the points lie over its length at the heaviest load (`Span`).
+        Where the contact grows with the load, the points lie over its length at the heaviest load (`Span`). Over an
+        area each piece then has the share that lies in the square of the contact, cut along and across.
 Source  Fagiani & Barbieri (2016), eqs 1-2; de Boor (2001) for the projection.
 Limits  A lattice along a line has at least FINER knots per distance of points. The error of its interpolation is 1/200
         of the error of the points. A contact shorter than the distance of points is simulated badly.
@@ -20,18 +21,19 @@ Limits  A lattice along a line has at least FINER knots per distance of points. 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
 
 from synth.arrays import Array
+from synth.contact.area_shapes import GrowingCombOnArea
 from synth.contact.exact_solver import angles_of_centres
 from synth.contact.geometry import Geometry
 from synth.contact.growing_contact import GrowingContact
 from synth.contact.line import MIDDLE
 from synth.contact.load_balance import Contact
-from synth.kernels import inner
+from synth.kernels import inlined, inner
 from synth.surfaces.height_field import HeightField
 
 FINER = 8  # knots per distance of points; with fewer the interpolation shows in the acceleration
@@ -39,9 +41,10 @@ FEWEST_KNOTS = 4096  # per period
 FINER_OVER_AREA, MOST_KNOTS = 4, 1 << 21  # per distance of points, and of an area (16 MB)
 GOLDEN = 0.618033988749895  # shift of each row of an area against the one before, distances of points
 SEEN = 64  # places along and across at which the part of a finger that can touch is found
-ORIGIN, PERIOD, WIDTH, ASIDE, DIRECTION = range(5)
+ORIGIN, PERIOD, WIDTH, ASIDE, DIRECTION, PIECES_ALONG, ROWS_ACROSS = range(7)
 """Numbers of a place: x of the middle of the finger, and periods along and across (m); how far the texture has moved
-across (m), and the direction of the finger (rad), where it stays on its line."""
+across (m), and the direction of the finger (rad), where it stays on its line; pieces and rows over its region."""
+NO_RIMS = np.empty((2, 0))
 
 
 class AreaFinger(Protocol):
@@ -64,6 +67,10 @@ class AreaFinger(Protocol):
         """x of the middle of the finger, m."""
 
     @property
+    def of_one_surface(self) -> bool:
+        """Whether the same places may touch at every load."""
+
+    @property
     def hard_edges(self) -> bool:
         """Whether the finger ends at the edges of that region."""
 
@@ -82,9 +89,11 @@ class SkinPoints:
         finger, and x and y from its middle (m).
     lattice: float64 [rows + 1, knots + 1], one period with its first row and column again; one row along a line; empty
         for two cosines.
-    place: float64 [5], see ORIGIN.
+    place: float64 [7], see ORIGIN.
     weights: float64 [points - 1], of the pieces: share of the nominal area, times the number of pieces.
     height_scale: a1 + a2 (m).
+    rims: float64 [2, points - 1], of a contact that grows over an area: distance of each piece from the middle along
+        and across, in pieces and rows, less 1/2; else no columns.
     """
 
     rows: Array
@@ -92,6 +101,7 @@ class SkinPoints:
     place: Array
     weights: Array
     height_scale: float
+    rims: Array = field(default_factory=lambda: NO_RIMS)
 
     @classmethod
     def of_contact(cls, contact: Contact, load: float, points: int) -> SkinPoints:
@@ -103,7 +113,7 @@ class SkinPoints:
         b1, b2 = geometry.ridge_amplitude / scale, geometry.texture_amplitude / scale
         off_middle = geometry.contact_length * (np.arange(points) / pieces - 0.5)
         finger = -b1 * np.cos(angle1) - 0.5 * contact.dome * off_middle**2 / scale
-        place = np.array([0.5 * geometry.contact_length, geometry.texture_period, 1.0, 0.0, 0.0])
+        place = np.array([0.5 * geometry.contact_length, geometry.texture_period, 1.0, 0.0, 0.0, 0.0, 0.0])
         weights = np.ones(pieces)
         if geometry.profile is not None:
             lattice = _along_line(geometry, geometry.contact_length / pieces)
@@ -140,11 +150,17 @@ class SkinPoints:
         line = getattr(contact, "line", MIDDLE)
         if isinstance(texture, HeightField):
             lattice = _over_area(texture, step, across, scale)
-            place = np.array([contact.own_middle, texture.period, texture.across, -line.y, line.direction])
+            place = np.array(
+                [contact.own_middle, texture.period, texture.across, -line.y, line.direction, pieces, count]
+            )
         else:
             lattice = _along_line(geometry, step)
-            place = np.array([contact.own_middle, geometry.texture_period, 1.0, 0.0, 0.0])
-        return cls(np.stack(rows), lattice, place, np.ascontiguousarray(weights), scale)
+            place = np.array([contact.own_middle, geometry.texture_period, 1.0, 0.0, 0.0, pieces, count])
+        rims = NO_RIMS
+        if not contact.of_one_surface:
+            x, y = rows[1:]
+            rims = np.abs(np.stack([0.5 * (x[:-1] + x[1:]) / step, y[:-1] / across])) - 0.5
+        return cls(np.stack(rows), lattice, place, np.ascontiguousarray(weights), scale, rims)
 
     @property
     def count(self) -> int:
@@ -182,8 +198,8 @@ class Span:
     @classmethod
     def of(cls, contact: Contact, heaviest: float) -> Span:
         """Return the span of points over the length of `contact` at `heaviest` (N)."""
-        if not isinstance(contact, GrowingContact):
-            assert contact.of_one_surface, "points follow the ends of a `GrowingContact` only"
+        if not isinstance(contact, GrowingContact | GrowingCombOnArea):
+            assert contact.of_one_surface, "points follow the ends of a growing comb only"
             return WHOLE
         growth, whole = contact.growth, contact.length(heaviest)
         coefficient = contact.geometry.contact_length / whole / growth.reference_load**growth.exponent
@@ -268,19 +284,54 @@ def write_heights(rows, lattice, place, turns, aside, direction, heights):
 
 
 @inner
-def write_rates(rows, lattice, place, turns, rates):
-    """Write the derivative of h over the phase as an angle (1/rad) at every point, of a texture along a line."""
+def write_rates(rows, lattice, place, turns, aside, direction, rates):
+    """Write the derivative of h over the phase as an angle (1/rad) at every point.
+
+    turns, aside, direction: as of `write_heights`.
+    """
     if lattice.shape[0] == 0:
         cosine, sine = math.cos(2.0 * math.pi * turns), math.sin(2.0 * math.pi * turns)
         for j in range(len(rates)):
             rates[j] = cosine * rows[2, j] - sine * rows[1, j]
         return
-    line, knots = lattice[0], lattice.shape[1] - 1
-    begin, steep = place[ORIGIN] / place[PERIOD] - turns, knots / (2.0 * math.pi)
+    knots, steep = lattice.shape[1] - 1, (lattice.shape[1] - 1) / (2.0 * math.pi)
+    if lattice.shape[0] == 2:
+        line, begin = lattice[0], place[ORIGIN] / place[PERIOD] - turns
+        for j in range(len(rates)):
+            along = begin + rows[1, j] / place[PERIOD]
+            k = min(int((along - math.floor(along)) * knots), knots - 1)
+            rates[j] = (line[k] - line[k + 1]) * steep
+        return
+    c, s = math.cos(direction), math.sin(direction)
     for j in range(len(rates)):
-        along = begin + rows[1, j] / place[PERIOD]
-        k = min(int((along - math.floor(along)) * knots), knots - 1)
-        rates[j] = (line[k] - line[k + 1]) * steep
+        k, i, _part, part = knot_of(rows, lattice, place, turns, aside, c, s, j)
+        near, far = lattice[i, k] - lattice[i, k + 1], lattice[i + 1, k] - lattice[i + 1, k + 1]
+        rates[j] = (near + part * (far - near)) * steep
+
+
+@inner
+def write_rates_across(rows, lattice, place, turns, aside, direction, rates):
+    """Write the derivative of h over the distance moved across, as an angle of the period along, at every point."""
+    steep = (lattice.shape[0] - 1) / (2.0 * math.pi) * place[PERIOD] / place[WIDTH]
+    c, s = math.cos(direction), math.sin(direction)
+    for j in range(len(rates)):
+        k, i, part, _part = knot_of(rows, lattice, place, turns, aside, c, s, j)
+        near, far = lattice[i, k] - lattice[i + 1, k], lattice[i, k + 1] - lattice[i + 1, k + 1]
+        rates[j] = (near + part * (far - near)) * steep
+
+
+@inlined
+def knot_of(rows, lattice, place, turns, aside, c, s, j):
+    """Return the knot of an area before point `j`, along and across, and the way from there to the next, 0 to 1.
+
+    c, s: cosine and sine of the direction of the finger.
+    """
+    count, knots = lattice.shape[0] - 1, lattice.shape[1] - 1
+    along = (place[ORIGIN] + (c * rows[1, j] - s * rows[2, j])) / place[PERIOD] - turns
+    across = (s * rows[1, j] + c * rows[2, j] - aside) / place[WIDTH]
+    along, across = (along - math.floor(along)) * knots, (across - math.floor(across)) * count
+    k, i = min(int(along), knots - 1), min(int(across), count - 1)
+    return k, i, along - k, across - i
 
 
 def angles_of_points(periods: float, pieces: int) -> Array:

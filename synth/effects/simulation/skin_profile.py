@@ -28,6 +28,21 @@ def part_of(span, load):
     return min(max(span[0] * load ** span[1], span[2]), 1.0) if span[1] > 0.0 else 1.0
 
 
+@summing
+def cut_weights(weights, rims, along, across, part, cut):
+    """Write the weights of the pieces of an area within a square contact, relative to its area.
+
+    rims: see `SkinPoints`.
+    along, across: pieces and rows over the whole length.
+    part: of the whole length that is in contact.
+    """
+    half, beside, grown = 0.5 * along * part, 0.5 * across * part, 1.0 / (part * part)
+    first, second = rims[0], rims[1]
+    for j in range(len(weights)):
+        inside = min(max(half - first[j], 0.0), 1.0) * min(max(beside - second[j], 0.0), 1.0)
+        cut[j] = weights[j] * inside * grown
+
+
 @inner
 def window_of(part, count):
     """Return where the contact begins and ends, and the first and the one after the last of its whole pieces.

@@ -49,14 +49,19 @@ from synth.effects.simulation.skin_balance import (
 from synth.effects.simulation.skin_points import (
     ASIDE,
     DIRECTION,
+    PIECES_ALONG,
+    ROWS_ACROSS,
     WHOLE,
     SkinPoints,
     Span,
     write_heights,
+    write_rates,
+    write_rates_across,
 )
 from synth.effects.simulation.skin_profile import (
     POINTS,
     SURFACE,
+    cut_weights,
     modified_area,
     modified_profile,
     part_of,
@@ -64,7 +69,9 @@ from synth.effects.simulation.skin_profile import (
     window_of,
 )
 from synth.effects.simulation.steps import (
+    ACROSS_FORCE,
     ATTACHED,
+    BEFORE,
     EARLIER,
     HEIGHT,
     HELD,
@@ -99,7 +106,8 @@ class SkinStepper(Stepper):
     stiffness: of the relaxed contact.
     mass: kg.
     damping: N s/m.
-    with_force: whether SLOPE_FORCE is computed, which takes a quarter of the time of a step; else it is 0.
+    with_force: number of the components of the slope force that are computed: SLOPE_FORCE, and over an area
+        ACROSS_FORCE. Each takes a quarter of the time of a step; the others are 0.
     pulp: spring between the contact and the bone.
     span: part of the points that is in contact.
     pull: attraction of elastic skin if everything touches (N), over the length of the points.
@@ -111,7 +119,7 @@ class SkinStepper(Stepper):
     stiffness: StiffnessLaw
     mass: float = 0.0
     damping: float = 0.0
-    with_force: bool = False
+    with_force: int = 0
     pulp: Pulp = NO_PULP
     span: Span = WHOLE
     pull: float = 0.0
@@ -135,7 +143,7 @@ class SkinStepper(Stepper):
     @property
     def at_rest(self) -> SkinStepper:
         """See `Stepper`."""
-        return replace(self, law=ELASTIC, mass=0.0, damping=0.0, with_force=False)
+        return replace(self, law=ELASTIC, mass=0.0, damping=0.0, with_force=0)
 
     @property
     def elastic(self) -> SkinStepper:
@@ -183,8 +191,8 @@ class SkinStepper(Stepper):
         rests = self.pulp.rests(float(state.numbers[LOAD]), loads, lowest)
         points = self.points
         run_steps(
-            points.rows, points.lattice, points.place, points.weights, contact, self.span.numbers, step, when, head,
-            terms, self.with_force, state.phase, state.numbers, state.elements, phases, loads,
+            points.rows, points.lattice, points.place, points.weights, points.rims, contact, self.span.numbers, step,
+            when, head, terms, self.with_force, state.phase, state.numbers, state.elements, phases, loads,
             np.ascontiguousarray(path), rests, out,
         )  # fmt: skip
 
@@ -195,22 +203,22 @@ def point_seconds(law: Skin, *, in_rows: bool, attracts: bool) -> float:
 
 
 @signed_kernel(
-    "void(f8[:,::1], f8[:,::1], f8[::1], f8[::1], f8[::1], f8[::1], f8, f8, f8[::1], f8[:,::1], b1, "
+    "void(f8[:,::1], f8[:,::1], f8[::1], f8[::1], f8[:,::1], f8[::1], f8[::1], f8, f8, f8[::1], f8[:,::1], i8, "
     "u8[::1], f8[::1], f8[:,:,::1], u8[::1], f8[::1], f8[:,::1], f8[::1], f8[:,::1])"
 )
 def run_steps(
-    rows, lattice, place, weights, contact, span, step, when, head, terms, with_force,
+    rows, lattice, place, weights, rims, contact, span, step, when, head, terms, with_force,
     phase, numbers, elements, phases, loads, path, rests, out,
 ):  # fmt: skip
     """Step to each of `phases` and `loads`, and write ROWS rows of `out`.
 
-    rows, lattice, place, weights: see `SkinPoints`.
+    rows, lattice, place, weights, rims: see `SkinPoints`.
     contact: a1 + a2 (m), texture period (m), mass (kg), damping (N s/m), the fields of `StiffnessLaw`, the stiffness of
         the pulp (N/m), and pull (N) and reach (m) of an attraction.
     span: the fields of `Span`.
     step: s.
     when, head, terms: see `Skin.coefficients`.
-    with_force: whether to compute SLOPE_FORCE.
+    with_force: number of components of the slope force.
     phase, numbers, elements: see `State`; updated.
     path: how far the texture has moved across (m) and the direction of the finger (rad) at the end of each step; empty
         for a finger on its line.
@@ -224,6 +232,8 @@ def run_steps(
     nodes, pieces, rates = np.empty((4, count)), np.empty((4, count - 1)), np.empty(count)
     earlier = numbers[EARLIER:]
     aside, direction = place[ASIDE], place[DIRECTION]
+    whole_weights, cut_at = weights, -1.0
+    weights = weights.copy()
     new_part = 0.5 if mass > 0.0 and when == 1.0 else 1.0  # share of this step's pressure in the pressure that balances
     for i in range(len(phases)):
         if path.shape[1] > 0:
@@ -234,7 +244,10 @@ def run_steps(
         balanced = load - 0.5 * change if new_part < 1.0 else pressed
         balanced += spring * (scale * numbers[Z] - rests[i + 1] - (1.0 - share) * (rests[i] - rests[i + 1]))
         part = part_of(span, max(pressed, lightest))
-        window = window_of(part, count - 1)
+        window = window_of(part if rims.shape[1] == 0 else 1.0, count - 1)
+        if rims.shape[1] > 0 and part != cut_at:
+            cut_weights(whole_weights, rims, place[PIECES_ALONG], place[ROWS_ACROSS], part, weights)
+            cut_at = part
         first, last, inside = window[2], window[3], 1.0 / (window[1] - window[0])
         own = scale * head[HARDNESS] * coefficient * max(pressed, lightest) ** power * part ** span[3]
         more = pull * part * part / reach  # N per mean of a1 + a2, as `own`
@@ -274,16 +287,18 @@ def run_steps(
             numbers[PRESSING] = reaction
         remember(elements, terms, nodes, z)
         out[HEIGHT, i], out[REACTION, i], out[ATTACHED, i] = scale * z, reaction, 1.0 if held else 0.0
-        out[SLOPE_FORCE, i] = 0.0
-        if with_force and held:
-            slope = slope_when_pressed(
-                rows, lattice, place, phase[0], phases[i], when, rates, nodes, pieces, weights, window, z
-            )
-            if pull > 0.0:
-                slope = full * slope - more * slope_when_pressed(
-                    rows, lattice, place, phase[0], phases[i], when, rates, nodes, pieces, weights, window, z - reach
-                )
+        out[SLOPE_FORCE, i], out[ACROSS_FORCE, i] = 0.0, 0.0
+        for component in range(with_force if held else 0):
+            turned = np.float64(np.int64(phases[i])) - (1.0 - when) * np.float64(np.int64(phases[i] - phase[0]))
+            beside = aside - (1.0 - when) * (aside - numbers[BEFORE])
+            heading = direction - (1.0 - when) * (direction - numbers[BEFORE + 1])
+            if component == 0:
+                write_rates(rows, lattice, place, TURNS * turned, beside, heading, rates)
             else:
-                slope *= full
-            out[SLOPE_FORCE, i] = slope * 2.0 * math.pi * scale / period
+                write_rates_across(rows, lattice, place, TURNS * turned, beside, heading, rates)
+            slope = full * slope_when_pressed(nodes, pieces, weights, window, rates, z)
+            if pull > 0.0:
+                slope -= more * slope_when_pressed(nodes, pieces, weights, window, rates, z - reach)
+            out[SLOPE_FORCE if component == 0 else ACROSS_FORCE, i] = slope * 2.0 * math.pi * scale / period
+        numbers[BEFORE], numbers[BEFORE + 1] = aside, direction
         phase[0], numbers[LOAD] = phases[i], load

@@ -22,19 +22,20 @@ from synth.motion.motion import NO_PATH
 
 Phases = np.ndarray[Any, np.dtype[np.uint64]]
 
-HEIGHT, SLOPE_FORCE, REACTION, ATTACHED = range(4)
+HEIGHT, SLOPE_FORCE, REACTION, ATTACHED, ACROSS_FORCE = range(5)
 """Rows that a run writes.
 
 HEIGHT: z (m).
-SLOPE_FORCE: horizontal force of the pressure on the slopes of the texture (N).
+SLOPE_FORCE: horizontal force of the pressure on the slopes of the texture along x (N).
+ACROSS_FORCE: the same along y, of points over an area only (N).
 REACTION: sum of the pressure without attraction (N).
 ATTACHED: 1 while the finger touches or is held, 0 once it has let go.
 """
-ROWS = 4
+ROWS = 5
 TOUCH_LOAD = 1e-6  # N, far below what is felt: a smaller load does not bring back a finger that has let go
 
 
-Z, SPEED, LOAD, HELD, STEP, PRESSING, EARLIER, NUMBERS = 0, 1, 2, 3, 4, 5, 6, 9
+Z, SPEED, LOAD, HELD, STEP, PRESSING, EARLIER, BEFORE, NUMBERS = 0, 1, 2, 3, 4, 5, 6, 9, 11
 """Indices of the numbers of a state, and their count.
 
 Z: z (m; for skin relative to a1 + a2).
@@ -44,6 +45,7 @@ HELD: 1 while the finger touches or is held.
 STEP: s.
 PRESSING: sum of the pressure (N), of skin only.
 EARLIER: z one to three steps before, of skin only.
+BEFORE: both rows of the path, of skin over an area only.
 """
 
 

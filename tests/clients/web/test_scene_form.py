@@ -223,10 +223,8 @@ def test_the_form_shows_the_fields_of_the_texture(still_page: Page, kind: str) -
     still_page.evaluate("(texture) => ridgewave.state.take({texture})", {"kind": kind, **KINDS_NEED.get(kind, {})})
     named = kinds().get(kind) or kinds()["sinusoid"]
     assert visible(still_page, "texture") == {"kind", "phase", "youngs_modulus", "poisson_ratio", *named.names}
-    of_line = [name for name in effect_names() if not declaration(name).areas]
-    assert visible(still_page, "effects") == {*effect_names()} - ({*of_line} if named.of_area else set())
-    told = still_page.locator("#section-effects-absent").text_content() or ""
-    assert told.startswith(f"Not with texture kind {kind}: " if named.of_area else "") and bool(told) == named.of_area
+    assert visible(still_page, "effects") == {*effect_names()}
+    assert not still_page.locator("#section-effects-absent").text_content()
 
 
 def test_a_field_that_the_scene_should_not_have_is_shown_until_it_is_removed(watched_page: tuple[Page, Watch]) -> None:

@@ -36,7 +36,7 @@ def cells_drawn_anew(found: FingertipContact | CombOnArea, direction: float) -> 
     assert isinstance(texture, HeightField)
     step, there = grid.texture.step, grid.finger[:, 0] > -1e20
     column = grid.places[:, :1] - BEFORE + np.arange(WIDE)
-    row = np.broadcast_to(grid.places[:, 1:], column.shape)
+    row = np.broadcast_to(grid.places[:, 1:2], column.shape)
     beside, beyond = area_oracle.inside((step[0], ROW * step[1]))
     x = (grid.begin[0] * texture.period + column * step[0])[there][:, np.newaxis] + beside
     y = (grid.begin[1] * texture.across + row * step[1])[there][:, np.newaxis] + beyond

@@ -77,7 +77,7 @@ def test_below_all_points_f_falls_in_a_straight_line() -> None:
         if len(line) == 2:
             break
     numbers, found = (np.concatenate(one).astype(float) for one in zip(*line, strict=True))
-    points = float(np.sum(grid.finger[:, 3]))
+    points = float(np.sum(grid.shares))
     wanted = points * grid.cell * layers.plan.step * grid.height_scale
     assert np.diff(found) / -np.diff(numbers) == pytest.approx(wanted, rel=1e-3)
 

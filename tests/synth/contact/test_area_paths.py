@@ -79,7 +79,7 @@ def test_the_cells_of_a_turned_finger_have_the_means_of_the_print_drawn_anew() -
             kept = grid.finger[:, 0][grid.finger[:, 0] > -1e20] * grid.height_scale
             errors = np.abs(kept - h1.mean(axis=1)) / found.geometry.ridge_amplitude
             assert np.sqrt(np.mean(errors**2)) < 1e-3 and np.max(errors) < 1e-2
-            area = float(np.sum(grid.finger[:, 3])) * grid.cell
+            area = float(np.sum(grid.shares)) * grid.cell
             if kind == "comb":
                 assert area == pytest.approx(1.0)
             else:

@@ -60,12 +60,12 @@ def scene_of(finger: str, effects: dict[str, Any], path: Path | None, **sections
     return parse_scene({**document, "accuracy": {"tolerance": 1e-2}, **sections})
 
 
-def points_of(finger: str, scene: Scene) -> AreaPoints:
+def points_of(finger: str, scene: Scene, columns: int = COLUMNS) -> AreaPoints:
     """Return the points of the oracle: the finger drawn anew, and the heights of the texture."""
     contact: Any = contact_of(scene)
     length = scene.finger.contact_length
     size = length if finger == "comb" else 1.6 * length
-    row = (np.arange(COLUMNS) + 0.5) / COLUMNS * size - 0.5 * size
+    row = (np.arange(columns) + 0.5) / columns * size - 0.5 * size
     x, y = (one.ravel() for one in np.meshgrid(row, row, indexing="ij"))
     if finger == "comb":
         heights = -60e-6 * np.cos(2.0 * np.pi * (x + 0.5 * length) / scene.finger.ridge_period)
@@ -77,7 +77,7 @@ def points_of(finger: str, scene: Scene) -> AreaPoints:
     texture = contact.geometry.profile
     places = np.arange(KNOTS) / KNOTS
     field = texture.area(places * texture.period, places * texture.across)
-    share = contact.stiffness_at(LOAD) * (size / COLUMNS) ** 2 / length**2
+    share = contact.stiffness_at(LOAD) * (size / columns) ** 2 / length**2
     return AreaPoints(
         x, y, heights, share, field, (texture.period, texture.across), 0.5 * length if finger == "comb" else 0.0
     )

@@ -175,14 +175,3 @@ def test_maps_that_cannot_be_are_refused(texture: dict[str, Any], field: str, wo
         parse_scene({"texture": texture})
     told = [fault for fault in caught.value.faults if fault.pointer == f"/texture/{field}"]
     assert told and any(words in fault.sentence() for fault in told), caught.value.faults
-
-
-def test_what_an_area_cannot_have_is_refused() -> None:
-    for scene, pointer in (
-        ({"texture": MAP, "effects": {"curvature": {}}}, "/effects/curvature"),
-        ({"finger": {"kind": "fingertip"}, "texture": MAP, "effects": {"tangential": {}}}, "/effects/tangential"),
-    ):
-        with pytest.raises(SceneError) as caught:
-            parse_scene(scene)
-        assert caught.value.faults[0].pointer == pointer
-        assert "fingertip" in str(caught.value) or "Leave it out" in str(caught.value)

@@ -48,7 +48,6 @@ class ContactLoad(OutputEffect["Preparation"]):
     without_auto = "It adds a channel and changes no other. Write {} or leave it out."
     units: Mapping[str, str] = MappingProxyType({QUANTITY: "N"})
     fingers = tuple(KINDS)
-    areas = True
     price = Price(5.0, 270_000)
 
     def reason(self, scene: Scene, settings: LoadSettings) -> str:

@@ -38,7 +38,6 @@ class Damper(BalanceEffect):
     settings = DamperSettings
     replaces = "the damper beside the finger"
     fingers = tuple(KINDS)
-    areas = True
     price = Price(800.0, 3_200_000)
 
     def reason(self, scene: Scene, settings: DamperSettings) -> str:

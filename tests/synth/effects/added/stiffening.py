@@ -64,7 +64,6 @@ class Stiffening(ShapeEffect):
     settings = StiffeningSettings
     replaces = "the law of the stiffness"
     fingers = tuple(KINDS)
-    areas = True
     price = Price(8.3, 270_000)
 
     def reason(self, scene: Scene, settings: StiffeningSettings) -> str:

@@ -1,0 +1,193 @@
+"""Reads the horizontal forces of a finger over an area along its motion: solved for a file, or live along a motion.
+
+Stage   3 (VOICE), used by `tangential_force` where the finger moves over an area, or on a line of one.
+Model   A file solves the force at equal steps, as it solves z (`frame_solver`); the number of steps is chosen for the
+        force (`path_frames`). A voice with deadlines, and a file whose frames would take too long, solve it along the
+        motion (`direct_reader`), with the filters of the displacement, so that z and the forces have one delay.
+        The error is that of a swing: what folds, the change from cells twice as large, and the error of the filter.
+Source  design, sections 4 and 8.
+Limits  The swing is short, and along one line of the area.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array, Block
+from synth.contact.area_forces import ForceOverArea
+from synth.motion.scan_motion import ScanMotion
+from synth.plan.direct_plan import PATH_SLOPE, over_area
+from synth.plan.frame_solver import FramePlan, FrameSolver
+from synth.plan.own_motion import pressed
+from synth.plan.path_frames import BEGINS, SECONDS, SHORT, cells_along_path, path_frames
+from synth.plan.preparation import Preparation
+from synth.plan.request import HAND_SPEEDS
+from synth.plan.scene_table import band_of, bounds_for
+from synth.plan.swing import Swing, changed_by, folded_errors, turning_errors
+from synth.response.band_filter import SOLUTIONS
+from synth.response.direct_reader import DirectReader, direct_filters
+from synth.response.spectrum import Complex, curves, harmonics_of, points_for
+from synth.scene.output_section import BAND
+from synth.voice.table_reading import HandReader, ScanReader
+
+READ_AS = "displacement"  # the filters of a force: it is read as it is, without a derivative
+
+
+@dataclass(frozen=True, slots=True)
+class MovingForce:
+    """One force of a moving finger over an area.
+
+    force: the source.
+    frames: how a file is solved; None: it is solved live along the motion.
+    series: harmonics of a swing of the finger, without the mean, N.
+    mean: of the swing, N.
+    error: relative to the peak-to-peak of the swing.
+    """
+
+    force: ForceOverArea
+    frames: FramePlan | None
+    series: Complex
+    mean: float
+    error: float
+
+    @classmethod
+    def of(cls, solved: Preparation, force: ForceOverArea) -> MovingForce:
+        """Return how `force` is read along the motion of a prepared scene."""
+        scene, load, band = solved.scene, pressed(solved.scene), solved.scene.output.band_limit
+        usual = HAND_SPEEDS[1] if solved.by_hand else 0.0
+        fastest = max(ScanMotion(scene, whole=solved.live).fastest(), usual)
+        slope = PATH_SLOPE if over_area(solved) else 0.0
+        swing = Swing(SOLUTIONS * band, band, fastest, slope, SECONDS)
+        short = Swing(SOLUTIONS * band, band, fastest, slope, SHORT)
+        frames = None
+        if solved.live or over_area(solved) or solved.load_varies:  # its cells are those of z
+            cells = changed_by(force.doubled(), force, short, load, BEGINS)
+        else:
+            force, cells = cells_along_path(solved, force, solved.tolerance, (0,))
+        if not solved.live:
+            scale = min(1.0, band / (BAND * scene.output.sample_rate))
+            frames = path_frames(solved, force, cells, solved.tolerance, scale, (0,))
+        if frames is not None:
+            error = frames.errors[0]
+        else:
+            error = float(folded_errors(force, short, (load, load))[0][0] + cells[0]) + _filters(solved)[0].error
+        if (scene.scan.turns or (solved.by_hand and over_area(solved))) and not force.contact.of_any_direction:
+            larger = force.doubled()  # whose error is as large or larger, and takes a quarter of the time
+            error += float(turning_errors(larger, larger, short, load)[0])
+        values = swing.heights(force, load, 0.5)
+        series = harmonics_of(values, max(1, math.ceil(band * swing.seconds) - 1))
+        mean, series[0] = float(series[0].real), 0.0
+        return cls(force, frames, series, mean, error)
+
+
+def of_cells(force: ForceOverArea, load: float, highest: int) -> float:
+    """Return the error of a force on a line by its cells, relative to its peak-to-peak: the change from larger ones.
+
+    highest: number of harmonics that count.
+    """
+    points = points_for(highest)
+    pair = (one.approach(np.arange(points) / points, load)[0] for one in (force.doubled(), force))
+    before, after = (curves(harmonics_of(one, highest), 0, points) for one in pair)
+    extent = float(np.ptp(after))
+    return float(np.max(np.abs(after - before))) / extent if extent > 0.0 else 0.0
+
+
+def _filters(solved: Preparation) -> Any:
+    """Return the filter of a force that is solved along a motion, with the delay of the channels of z."""
+    scene, direct = solved.scene, solved.direct
+    band, finer = (band_of(scene), 1.0) if direct is None else (direct.band, direct.finer)
+    return direct_filters((READ_AS,), scene.output.sample_rate, band, finer)
+
+
+def reader_of(solved: Preparation, forces: tuple[MovingForce, ...]) -> SolvedForces | ScanReader | HandReader:
+    """Return what reads `forces` along the motion of a prepared scene."""
+    if all(one.frames is not None for one in forces):
+        return SolvedForces(solved, forces)
+    channels, scene = DirectForces.of(solved, forces), solved.scene
+    if solved.by_hand:
+        return HandReader(channels, scene.texture.period, scene.output.sample_rate)
+    return ScanReader(channels, scene)
+
+
+class SolvedForces:
+    """Renders the forces of a file, in any order of its frames. Only the last chunk of each is kept."""
+
+    def __init__(self, solved: Preparation, forces: tuple[MovingForce, ...]) -> None:
+        self._solvers, self._kept = [], [(-1, np.empty(0)) for _force in forces]
+        for one in forces:
+            plan = one.frames
+            assert plan is not None
+            self._solvers.append(FrameSolver(
+                one.force.heights, solved.scene, np.zeros_like, solved.scene.output.sample_rate,
+                count=plan.count, stride=plan.stride, scale=plan.scale,
+            ))  # fmt: skip
+
+    def read(self, first: int, out: Block) -> None:
+        """Write the frames from `first` on to `out`, float32 [frames, forces], N."""
+        for column, solver in enumerate(self._solvers):
+            done = 0
+            while done < len(out):
+                number, place = divmod(first + done, solver.chunk)
+                if self._kept[column][0] != number:
+                    self._kept[column] = number, solver.solved(number, (0,))[0]
+                part = self._kept[column][1][place : place + len(out) - done]
+                out[done : done + len(part), column] = part
+                done += len(part)
+
+
+@dataclass(frozen=True, slots=True)
+class DirectForces:
+    """The readers of forces that are solved along a motion; see `table_reading.ChannelReader`."""
+
+    readers: tuple[DirectReader, ...]
+
+    @classmethod
+    def of(cls, solved: Preparation, forces: tuple[MovingForce, ...]) -> DirectForces:
+        """Return the readers of `forces`."""
+        scene, direct = solved.scene, solved.direct
+        on_path = over_area(solved)
+        heaviest = bounds_for(scene).heaviest if direct is None else direct.heaviest
+        filters = _filters(solved)
+        return cls(
+            tuple(
+                DirectReader(
+                    contact=one.force,
+                    line=(-scene.scan.y, scene.scan.direction) if on_path else None,
+                    mean=np.zeros_like,
+                    period=scene.texture.period,
+                    lift_load=scene.scan.lift_load,
+                    heaviest=heaviest,
+                    rate=scene.output.sample_rate,
+                    filters=filters,
+                    gains=(1.0,),
+                    with_mean=(False,),
+                )
+                for one in forces
+            )
+        )
+
+    @property
+    def delay(self) -> int:
+        """See `ChannelReader`."""
+        return self.readers[0].delay
+
+    @property
+    def cycle(self) -> int:
+        """See `ChannelReader`."""
+        return self.readers[0].cycle
+
+    def start(self) -> list[Any]:
+        """See `ChannelReader`."""
+        return [reader.start() for reader in self.readers]
+
+    def read(self, state: list[Any], motion: Array, position: Array, path: Array, phase: int, out: Block) -> int:
+        """See `ChannelReader`."""
+        after, one = phase, np.empty((len(out), 1), np.float32)
+        for number, reader in enumerate(self.readers):
+            after = reader.read(state[number], motion, position, path, phase, one)
+            out[:, number] = one[:, 0]
+        return after
