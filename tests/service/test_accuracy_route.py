@@ -148,7 +148,7 @@ def test_openapi_has_every_field_of_the_document(app: FastAPI) -> None:
     assert call["responses"]["200"]["content"] == {
         "application/json": {"schema": {"$ref": "#/components/schemas/AccuracyTable"}}
     }
-    assert [parameter["name"] for parameter in call["parameters"]] == ["quantity"]
+    assert [parameter["name"] for parameter in call["parameters"]] == ["quantity", "live"]
     assert {"200", "413", "415", "422", "503"} <= set(call["responses"])
 
 
