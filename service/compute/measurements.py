@@ -75,9 +75,7 @@ class Measurements:
             self._under_way = False
             gone.cancel()
 
-    def _measure(
-        self, read: Callable[[], Scene], quantity: str | None, given_up: threading.Event, live: bool
-    ) -> bytes:
+    def _measure(self, read: Callable[[], Scene], quantity: str | None, given_up: threading.Event, live: bool) -> bytes:
         scene = read()
         names = [channel.quantity for channel in scene.output.channel_list]
         if quantity is not None and quantity not in names:
