@@ -32,6 +32,7 @@ from synth.motion.motion import LOAD, SPEED, Motion
 from synth.plan.frame_solver import FrameSolver
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.scene_table import bounds_for, table_of_scene
+from synth.plan.stretch import stretch_of
 from synth.response.discretisation import fine_enough
 from synth.response.mean_approach import mean_curve
 from synth.response.phases import phase_step
@@ -138,7 +139,7 @@ def methods_of(case: Case) -> Iterator[Method]:
     name = f"segments solver, {exact.segments} a period" if isinstance(exact, SegmentGrid) else exact.name
     for count in OVERSAMPLINGS:
         yield _framed(case, f"{name}, oversampling {count}", "exact", count)
-    for size in TABLE_SIZES:
+    for size in TABLE_SIZES if short_enough(case.scene) else ():
         yield _table(case, size)
     a_phase = seconds_a_phase(case.heights)
     for phases in SERIES_PHASES:
@@ -245,6 +246,11 @@ def _closed(case: Case) -> Method:
         return read_by(case, SeriesCurve(case.derived(np.array([0.0, found.first]))))
 
     return Method("closed form", "closed", set_up)
+
+
+def short_enough(scene: Scene) -> bool:
+    """Return whether the period of the texture is short enough for a response table."""
+    return stretch_of(scene, 1, 0) is None
 
 
 def table_bounds(scene: Scene, size: float) -> TableBounds:

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from synth.accuracy.method import LeftOutMethod, Method, Ready
-from synth.accuracy.methods import TABLE_SECONDS, TABLE_SIZES, seconds_a_phase, table_bounds
+from synth.accuracy.methods import TABLE_SECONDS, TABLE_SIZES, seconds_a_phase, short_enough, table_bounds
 from synth.accuracy.motion import MotionCase
 from synth.arrays import Array
 from synth.contact.finger_columns import COLUMNS
@@ -76,7 +76,7 @@ def missing_methods(case: MotionCase) -> Iterator[LeftOutMethod]:
 
 def table_is_possible(case: MotionCase) -> bool:
     """Return whether a response table covers the motion."""
-    return case.solved.stretch is None and not over_area(case.solved)
+    return short_enough(case.scene) and not over_area(case.solved)
 
 
 def _steps_name(case: MotionCase, ratio: float) -> str:

@@ -18,7 +18,7 @@ import numpy as np
 
 from synth.accuracy.baseline import baseline_methods
 from synth.accuracy.method import Errors, LeftOutMethod, Ready, Subject, decibels, margin_below
-from synth.accuracy.methods import Case, case_of, chosen_method, curve_between, methods_of
+from synth.accuracy.methods import Case, case_of, chosen_method, curve_between, methods_of, short_enough
 from synth.arrays import Array
 from synth.plan.preparation import Preparation
 from synth.response.spectrum import Complex, Demand, curves, points_for, solve_spectrum
@@ -81,6 +81,8 @@ def _not_there(case: Case) -> Iterator[LeftOutMethod]:
     if not sinusoid:
         reason = "Only two cosines have antiderivatives in closed form. Refined segments replace them."
         yield LeftOutMethod("exact solver in closed form", "exact", reason)
+    if not short_enough(case.scene):
+        yield LeftOutMethod("response table", "table", "The period of the surface is too long for a table.")
     if case.contact.closed(case.load) is None:
         pressed = "The load does not flatten the whole contact at every phase."
         reason = pressed if sinusoid else "Full contact gives one sinusoid only if the texture is a sinusoid."
