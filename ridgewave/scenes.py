@@ -152,18 +152,19 @@ def explain(scene: SceneSource, **fields: Any) -> Plan:
 
 
 def measure_accuracy(
-    scene: SceneSource, *, quantity: str | None = None, progress: Progress | None = None
+    scene: SceneSource, *, quantity: str | None = None, live: bool = False, progress: Progress | None = None
 ) -> AccuracyReport:
-    """Return the error and the cost of every method, for one channel of a scene. It takes half a minute.
+    """Return the error and the cost of every method, for one channel of a scene. It takes up to a minute.
 
     scene, errors: as `parse_scene`.
     quantity: quantity of the channel; None for the first channel.
+    live: True for a live voice, behind a hand, in place of a file.
     progress: called before each method with its name, the number of methods done, and the number of all methods.
-    Raises InvalidRequest if the scene has no channel with that quantity, has effects, or does not move.
+    Raises InvalidRequest if the scene has no channel with that quantity, or does not move.
     """
     from synth.accuracy.report import measure_accuracy as measured
 
-    return measured(parse_scene(scene), quantity=quantity, progress=progress)
+    return measured(parse_scene(scene), quantity=quantity, live=live, progress=progress)
 
 
 def open_voice(scene: SceneSource, *, live: bool = False, **fields: Any) -> Voice:

@@ -213,10 +213,13 @@ class Engine(Protocol):
     def picture(self, scene: Scene, points: int | None, phases: int | None) -> dict[str, Any]:
         """Return the JSON document of `/v1/picture`. None stands for the default number of points or phases."""
 
-    def accuracy(self, scene: Scene, quantity: str | None, given_up: threading.Event) -> dict[str, Any]:
+    def accuracy(
+        self, scene: Scene, quantity: str | None, given_up: threading.Event, *, live: bool = False
+    ) -> dict[str, Any]:
         """Return the JSON document of `/v1/accuracy`. Takes up to a minute.
 
         quantity: that of one of the scene's channels; None for the first channel.
+        live: measure a live voice, behind a hand.
         given_up: when set, the call soon raises CannotRender.
         """
 
@@ -324,13 +327,15 @@ class SynthEngine:
 
         return picture(scene, points, phases, cache=self._cache)
 
-    def accuracy(self, scene: Scene, quantity: str | None, given_up: threading.Event) -> dict[str, Any]:
+    def accuracy(
+        self, scene: Scene, quantity: str | None, given_up: threading.Event, *, live: bool = False
+    ) -> dict[str, Any]:
         """See `Engine`."""
         from service.compute.accuracy_process import measure_apart
         from synth.accuracy.report import require_measurable
 
         require_measurable(scene)  # refuse at once, without a process
-        return measure_apart(scene, quantity, given_up, self._textures)
+        return measure_apart(scene, quantity, given_up, self._textures, live=live)
 
     def make_table(self, scene: Scene) -> TableFile:
         """See `Engine`."""

@@ -8,7 +8,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
-from synth.accuracy.report import AccuracyReport, LeftOutMethod, Measured
+from synth.accuracy.method import LeftOutMethod
+from synth.accuracy.report import AccuracyReport, Measured
 from synth.scene.effects_section import unit_of
 from synth.scene.scene import Scene, parse_scene, scene_document
 
@@ -26,6 +27,7 @@ def report(scene: Scene | None = None, quantity: str = "acceleration") -> Accura
         duration=DURATION,
         sample_rate=48000,
         threshold="Nobody (1900)",
+        measured="The errors are those over a period.",
         reference_error=1e-9,
         chosen=CHOSEN,
         repeats=7,
@@ -43,7 +45,11 @@ def document(**changes: Any) -> dict[str, Any]:
 
 
 def fake_measure(
-    scene: Scene, *, quantity: str | None = None, progress: Callable[[str, int, int], None] | None = None
+    scene: Scene,
+    *,
+    quantity: str | None = None,
+    live: bool = False,
+    progress: Callable[[str, int, int], None] | None = None,
 ) -> AccuracyReport:
     """Stand in for `synth.accuracy.report.measure_accuracy` where any scene will do."""
     made = report(scene, quantity or scene.output.channel_list[0].quantity)

@@ -55,7 +55,7 @@ def _in_the_checkout(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_every_figure_has_its_command_and_every_command_its_figure() -> None:
     assert sorted(commands()) == [f"docs/figures/{name}" for name in FIGURES]
-    assert len(FIGURES) == 5
+    assert len(FIGURES) == 6
 
 
 @pytest.mark.parametrize("name", FIGURES)
@@ -128,6 +128,23 @@ def test_the_claims_about_the_other_scenes_are_those_of_their_numbers() -> None:
     assert "sum of harmonics, 8192 phases" in light
     assert max(full["sum of harmonics, 8 phases"], full["exact solver, oversampling 1"]) <= 3e-8
     assert full["trapezoid and brentq, 50 points a ridge, oversampling 1"] <= 1e-3
+
+
+def test_the_claims_about_the_stroke_are_those_of_its_numbers() -> None:
+    kept = json.loads((ROOT / "docs" / "figures" / "accuracy-stroke" / "accuracy.json").read_text("utf-8"))
+    rows = {row["method"]: row for row in kept["methods"]}
+    solved = "solved along the motion, {} steps a second"
+    assert rows[solved.format(3000)]["max_error"] == pytest.approx(5e-3, rel=0.2)
+    assert rows[solved.format(12000)]["max_error"] == pytest.approx(1e-4, rel=0.3)
+    assert rows[solved.format(12000)]["seconds_per_second"] == pytest.approx(0.7, rel=0.3)
+    few = rows["series read along the motion, 256 phases"]
+    assert few["max_error"] == pytest.approx(2e-4, rel=0.2) and few["seconds_per_second"] == pytest.approx(
+        2e-3, rel=0.3
+    )
+    assert rows[kept["chosen"]]["setup_seconds"] > 1.0 and int(kept["chosen"].split()[-2]) >= 4096
+    (points,) = (row for name, row in rows.items() if "8 points a ridge" in name)
+    assert points["max_error"] == pytest.approx(0.25, rel=0.2)
+    assert points["seconds_per_second"] == pytest.approx(20.0, rel=0.3)
 
 
 def test_the_readme_shows_the_first_figure_and_its_command() -> None:

@@ -3,7 +3,7 @@
     python -m clients.accuracy_report.figure FOLDER      draws FOLDER/accuracy.json again
 
 Horizontal axis: computing time per second of sound, with the set-up spread over the duration of the scene. Vertical
-axis: largest error over a period, relative to the peak-to-peak. Both are logarithmic; a method without error is an
+axis: largest error, relative to the peak-to-peak. Both are logarithmic; a method without error is an
 arrow on the lower edge. docs/accuracy.md explains how to read the figure.
 
 Limits: requires the extra `plots`. The same versions of the packages draw the same bytes. Text in the SVG stays text: a
@@ -44,10 +44,10 @@ from clients.accuracy_report.method_series import (
     with_unit,
 )
 
-SIZE = (6.0, 5.9)  # inches: printed 12 cm wide, the smallest text is 6 points high
+SIZE = (6.0, 6.3)  # inches: printed 12 cm wide, the smallest text is 6 points high
 DOTS_PER_INCH = 300
 SMALL = 7.6  # points, of labels and notes
-NOTE_LETTERS = 96  # letters of SMALL per line
+NOTE_LETTERS, LEGEND_LETTERS = 96, 48  # letters of SMALL per line
 INK, GREY, PALE = "#1d2733", "#6b7682", "#c3cad2"
 LOOK: Any = {
     "font.sans-serif": ["DejaVu Sans", "Verdana"],
@@ -62,6 +62,8 @@ STYLES = {
     "baseline": ("#b8480a", "s", 3.9),
     "sampled": ("#d18f00", "D", 3.7),
     "exact": ("#0072b2", "o", 4.4),
+    "cells": ("#7a5230", "p", 4.6),
+    "steps": ("#3f6fd1", "P", 4.8),
     "table": ("#00785a", "^", 4.6),
     "harmonics": ("#b35a8f", "v", 4.6),
     "closed": ("#111111", "*", 8.0),
@@ -95,15 +97,16 @@ def drawings(document: Document) -> dict[str, bytes]:
 def draw(document: Document) -> Figure:
     """Return the figure; call it within `matplotlib.rc_context(LOOK)`."""
     figure = Figure(figsize=SIZE)
-    axes = figure.add_axes((0.11, 0.31, 0.755, 0.53))
+    axes = figure.add_axes((0.11, 0.35, 0.755, 0.49))
     _set_up_axes(axes, document)
     for series in series_of(document):
         _draw_series(axes, document, series)
     _draw_front_and_choice(axes, document)
     _draw_levels(axes, document)
     _label_sizes(axes, document)
-    figure.legend(loc="lower left", bbox_to_anchor=(0.1, 0.085), ncols=2, fontsize=SMALL, frameon=False)
-    _write_title_and_notes(figure, document)
+    lines = _write_title_and_notes(figure, document)
+    above = 0.012 + 1.35 * SMALL * lines / (72.0 * SIZE[1])
+    figure.legend(loc="lower left", bbox_to_anchor=(0.1, above), ncols=2, fontsize=SMALL, frameon=False)
     return figure
 
 
@@ -171,7 +174,8 @@ def _draw_front_and_choice(axes: Axes, document: Document) -> None:
     if row is not None:
         x, y = _place(axes, document, row)
         ring: Any = {"markersize": 11.0, "markerfacecolor": "none", "markeredgewidth": 1.3, "linestyle": "none"}
-        axes.plot([x], [y], "o", color=INK, label=f"the plan's choice: {document['chosen']}", zorder=5, **ring)
+        label = textwrap.fill(f"the plan's choice: {document['chosen']}", LEGEND_LETTERS)
+        axes.plot([x], [y], "o", color=INK, label=label, zorder=5, **ring)
 
 
 def _place(axes: Axes, document: Document, row: Row) -> tuple[float, float]:
@@ -243,14 +247,15 @@ def _dots(axes: Axes, document: Document, series: Series) -> Any:
     return np.stack([np.interp(steps, range(len(corners)), values) for values in corners.T], axis=1)
 
 
-def _write_title_and_notes(figure: Figure, document: Document) -> None:
-    """Write the title, the scene, and below the figure the notes that hold for every point."""
+def _write_title_and_notes(figure: Figure, document: Document) -> int:
+    """Write the title, the scene, and below the figure the notes that hold for every point; return their lines."""
     figure.text(0.018, 0.97, f"What accuracy costs: {document['quantity']}", color=INK, fontsize=11, weight="bold")
     extent = with_unit(document["peak_to_peak"], document["unit"]).replace(" u", " µ").replace("^2", "²")
-    figure.text(0.018, 0.938, f"{_scene_line(document)}; peak-to-peak {extent}", color=INK, fontsize=8.0)
+    figure.text(0.018, 0.938, f"{_scene_line(document)}; peak-to-peak {extent}", color=INK, fontsize=SMALL)
     notes = [
+        document["measured"],
         f"Medians of {document['repeats']} timings on one machine; set-up spread over {document['duration']:g} s of "
-        f"sound at {document['sample_rate'] / 1000:g} kHz. {start_sentence(document)}"
+        f"sound at {document['sample_rate'] / 1000:g} kHz. {start_sentence(document)}",
     ]
     felt = felt_error(document)
     if felt is not None:
@@ -260,6 +265,7 @@ def _write_title_and_notes(figure: Figure, document: Document) -> None:
         notes.append("Arrows on the lower edge: no error, to round-off.")
     words = "\n".join(line for note in notes for line in textwrap.wrap(note, NOTE_LETTERS))
     figure.text(0.018, 0.012, words, color=GREY, fontsize=SMALL, linespacing=1.35)
+    return 1 + words.count("\n")
 
 
 def _scene_line(document: Document) -> str:

@@ -13,15 +13,8 @@ from typing import Any
 Document = Mapping[str, Any]
 Row = Mapping[str, Any]
 
-FAMILIES: Mapping[str, str] = {
-    "baseline": "trapezoid and brentq",
-    "sampled": "sampled solver",
-    "exact": "exact solver",
-    "table": "response table",
-    "harmonics": "sum of harmonics",
-    "closed": "closed form",
-}
-"""The name of each family, in the order in which they are shown."""
+FAMILIES = ("baseline", "sampled", "exact", "cells", "steps", "table", "harmonics", "closed")
+"""The families, in the order in which they are shown."""
 
 ROUNDING = 2.0**-25  # of the peak-to-peak: largest rounding error of a float32 sample near full scale
 EXACT = 1e-6  # of the peak-to-peak: bound of the tolerance "exact" on the folded harmonics
@@ -43,8 +36,12 @@ class Series:
     @property
     def name(self) -> str:
         """The name of the series, such as "trapezoid and brentq, tabled"."""
-        name = FAMILIES.get(self.family, self.family)
-        return f"{name}, {self.kind}" if self.kind else name
+        return f"{self.heading}, {self.kind}" if self.kind else self.heading
+
+    @property
+    def heading(self) -> str:
+        """What its methods have in common, such as "trapezoid and brentq": their name without sizes."""
+        return str(self.rows[0]["method"]).partition(",")[0]
 
 
 def series_of(document: Document) -> list[Series]:

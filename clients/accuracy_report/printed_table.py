@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from clients.accuracy_report.method_series import FAMILIES, Document, Row, series_of, start_sentence, with_unit
+from clients.accuracy_report.method_series import Document, Row, series_of, start_sentence, with_unit
 from clients.command_line.printing import print_table
 
 ON_FRONT, CHOSEN, NOTHING = "*", "<", "-"
@@ -21,8 +21,9 @@ def print_accuracy(name: str, document: Document) -> None:
     extent = with_unit(document["peak_to_peak"], document["unit"])
     print(
         f"{name}: {document['quantity']}, peak-to-peak {extent}; timings are medians of {document['repeats']} on this "
-        f"machine; threshold: {document['threshold']}\n"
+        f"machine; threshold: {document['threshold']}"
     )
+    print(f"{document['measured']} Error of the reference: {document['reference_error']:.1e}.\n")
     print_table("", COLUMNS, _rows(document), numbers=COLUMNS[2:])
     print(
         f"\n{ON_FRONT}  on the Pareto front: no measured method is both more accurate and cheaper (set-up and "
@@ -43,7 +44,7 @@ def _rows(document: Document) -> Iterator[tuple[str, ...] | None]:
         if family != series.family:
             if family:
                 yield None
-            heading = FAMILIES.get(series.family, series.family)
+            heading = series.heading
             heading += " (points)" if POINTS in series.rows[0]["method"] else ""
             yield ("", heading, *([""] * (len(COLUMNS) - 2)))
         family = series.family

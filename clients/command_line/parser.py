@@ -34,6 +34,7 @@ EXAMPLES = {
     "accuracy": (
         ("accuracy grating-800um-40um", "as a table"),
         ("accuracy scene.json --quantity displacement -o report", "with figures, in the folder report"),
+        ("accuracy grating-1mm-31um --live", "of a live voice, behind a hand"),
     ),
     "serve": (
         ("serve", "on http://127.0.0.1:8000"),
@@ -237,6 +238,7 @@ def _add_accuracy(commands: Any) -> None:
         "require the extra plots",
     )
     parser.add_argument("--quantity", metavar="Q", help="a quantity of the scene's channels; default: the first")
+    parser.add_argument("--live", action="store_true", help="measure a live voice, behind a hand, in place of a file")
     _add_no_clobber(parser)
     _add_progress(parser)
 

@@ -45,7 +45,8 @@ def run(arguments: argparse.Namespace) -> int:
     with _folder(arguments.output) as write:
         with contextlib.ExitStack() as stack:
             report = _progress(stack, arguments.progress)
-            document = measure_accuracy(scene, quantity=arguments.quantity, progress=report).document()
+            measured = measure_accuracy(scene, quantity=arguments.quantity, live=arguments.live, progress=report)
+            document = measured.document()
         if write is not None:
             write(document)
     if arguments.json:

@@ -56,9 +56,9 @@ class AsyncClient:
         """As `Client.explain`."""
         return await self.carry(calls.explain(scene))
 
-    async def accuracy(self, scene: Any = None, quantity: str | None = None) -> Document:
+    async def accuracy(self, scene: Any = None, quantity: str | None = None, *, live: bool = False) -> Document:
         """As `Client.accuracy`."""
-        return await self.carry(calls.accuracy(scene, quantity))
+        return await self.carry(calls.accuracy(scene, quantity, live))
 
     async def textures(self) -> list[Document]:
         """As `Client.textures`."""

@@ -119,9 +119,11 @@ def explain(scene: Any) -> Call[Document]:
     return Call("POST", "/v1/explain", _object, scene_to_send(scene))
 
 
-def accuracy(scene: Any, quantity: str | None) -> Call[Document]:
+def accuracy(scene: Any, quantity: str | None, live: bool) -> Call[Document]:
     """Return the call that measures what accuracy costs."""
     query = {} if quantity is None else {"quantity": quantity}
+    if live:
+        query["live"] = "true"
     return Call("POST", "/v1/accuracy", _object, scene_to_send(scene), query)
 
 

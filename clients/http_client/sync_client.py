@@ -64,9 +64,9 @@ class Client:
         """Return the plan of a scene: what is simulated, why, with which error and cost."""
         return self.carry(calls.explain(scene))
 
-    def accuracy(self, scene: Any = None, quantity: str | None = None) -> Document:
+    def accuracy(self, scene: Any = None, quantity: str | None = None, *, live: bool = False) -> Document:
         """Return the error and the cost of every method for a scene. Takes up to a minute."""
-        return self.carry(calls.accuracy(scene, quantity))
+        return self.carry(calls.accuracy(scene, quantity, live))
 
     def textures(self) -> list[Document]:
         """Return the named textures: the catalogue, then those that were imported with this key (`stored`)."""

@@ -1,6 +1,8 @@
 """Measures what accuracy costs, in a process of its own.
 
-    python -m service.compute.accuracy_process    {"scene", "quantity", "textures"} on standard input, outcome on output
+    python -m service.compute.accuracy_process
+
+It reads {"scene", "quantity", "textures", "live"} from standard input, and prints the outcome.
 
 Model: a measurement computes for up to a minute, much of it in Python. In a thread it would delay every stream of this
     process, its timings would be those of a busy interpreter, and a shutdown would have to wait for it. A process can
@@ -35,17 +37,23 @@ ROOT = Path(__file__).resolve().parents[2]  # import path of the process
 
 
 def measure_apart(
-    scene: Scene, quantity: str | None, given_up: threading.Event, textures: Path | None = None
+    scene: Scene,
+    quantity: str | None,
+    given_up: threading.Event,
+    textures: Path | None = None,
+    *,
+    live: bool = False,
 ) -> dict[str, Any]:
     """Return the document of `measure_accuracy`. Blocks for up to a minute: call it from a thread.
 
     given_up: when set, the process is killed and CannotRender is raised.
     textures: folder of the imported textures, one of which the scene may have.
+    live: measure a live voice, behind a hand.
     Raises InvalidRequest and CannotRender as the measurement does, and CannotRender if it took longer than LONGEST or
     the system killed it.
     """
     folder = None if textures is None else str(textures.absolute())
-    request = json_text({"scene": scene_document(scene), "quantity": quantity, "textures": folder})
+    request = json_text({"scene": scene_document(scene), "quantity": quantity, "textures": folder, "live": live})
     code, outcome, messages = _answer_of_process(request, given_up)
     if code == KILLED:
         raise CannotRender("The system ended the measurement, most likely because the memory of this machine is full.")
@@ -101,7 +109,7 @@ def main() -> None:
     scene = parse_scene(request["scene"])
     outcome: dict[str, Any]
     try:
-        outcome = {"document": measure_accuracy(scene, quantity=request["quantity"]).document()}
+        outcome = {"document": measure_accuracy(scene, quantity=request["quantity"], live=request["live"]).document()}
     except InvalidRequest as error:
         names = ("pointer", "value", "allowed", "hint")
         faults = [{name: getattr(fault, name) for name in names} for fault in error.faults]

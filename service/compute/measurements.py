@@ -42,7 +42,9 @@ class Measurements:
         self._given_up.set()
         self._pool.shutdown(wait=False, cancel_futures=True)
 
-    async def answer(self, read: Callable[[], Scene], quantity: str | None, receive: Receive) -> bytes:
+    async def answer(
+        self, read: Callable[[], Scene], quantity: str | None, receive: Receive, *, live: bool = False
+    ) -> bytes:
         """Return the JSON for the scene that `read` returns. `receive` reports when the client disconnects.
 
         Raises what the scene and the engine raise, and Problem (503) during another measurement or at a shutdown.
@@ -57,7 +59,7 @@ class Measurements:
         gone: asyncio.Future[None] = asyncio.ensure_future(departure(receive))
         try:
             work: asyncio.Future[Any] = asyncio.get_running_loop().run_in_executor(
-                self._pool, self._measure, read, quantity, given_up
+                self._pool, self._measure, read, quantity, given_up, live
             )
             waits: list[asyncio.Future[Any]] = [work, gone]
             await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
@@ -73,9 +75,9 @@ class Measurements:
             self._under_way = False
             gone.cancel()
 
-    def _measure(self, read: Callable[[], Scene], quantity: str | None, given_up: threading.Event) -> bytes:
+    def _measure(self, read: Callable[[], Scene], quantity: str | None, given_up: threading.Event, live: bool) -> bytes:
         scene = read()
         names = [channel.quantity for channel in scene.output.channel_list]
         if quantity is not None and quantity not in names:
             raise refused("?quantity", shown(quantity), " or ".join(names), "Name a channel of the scene.")
-        return json_text(self._engine.accuracy(scene, quantity, given_up))
+        return json_text(self._engine.accuracy(scene, quantity, given_up, live=live))

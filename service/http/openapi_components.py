@@ -65,7 +65,7 @@ _METHOD = _object(
 _ACCURACY = _object(
     {
         "scene": _reference("Scene"),
-        **dict.fromkeys(("quantity", "unit", "threshold", "chosen"), _TEXT),
+        **dict.fromkeys(("quantity", "unit", "threshold", "measured", "chosen"), _TEXT),
         **dict.fromkeys(("peak_to_peak", "reference_error", "duration", "process_seconds", "compile_seconds"), _NUMBER),
         **dict.fromkeys(("sample_rate", "repeats"), _WHOLE),
         "methods": _list_of(_METHOD),

@@ -7,29 +7,27 @@ Model   Eq. 1 is integral over [0, L] of max(h - z, 0) dx = w L / k. The integra
         period, solved once and read like any series. From size to size, both the points and the solutions increase.
 Source  Fagiani & Barbieri (2016), eqs 1-5.
 Limits  The times are those of `brentq` at PROBES phases, scaled to the number of phases. The errors are those of the
-        same roots, computed in closed form: with falling heights h_1 >= h_2 >= ... and weights v_i, the root is the
-        largest over k of (v_1 h_1 + ... + v_k h_k - target) / (v_1 + ... + v_k). The filter that reduces oversampled
-        frames to the frame rate is not counted. It takes 1 % of the time of the solutions. A fingertip has tables only,
-        because a sum over its area at every frame would take hours; Newton's method finds the same roots there.
+        same roots, found by Newton's method on the points that touch: it ends, because the sum is convex and piecewise
+        linear in z. The filter that reduces oversampled frames to the frame rate is not counted. It takes 1 % of the
+        time of the solutions. A fingertip has tables only, because a sum over its area at every frame would take hours.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from functools import cache
-from typing import TYPE_CHECKING, Any
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from functools import cache, partial
+from typing import Any
 
 import numpy as np
 
-from synth.accuracy.methods import Case, Method, Ready, read_by, seconds_a_phase
+from synth.accuracy.method import Method, Ready
+from synth.accuracy.methods import Case, Solve, read_by, seconds_a_phase
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.response.series_curve import SeriesCurve
 from synth.surfaces.height_field import HeightField
-
-if TYPE_CHECKING:
-    from synth.contact.fingertip import FingertipContact
 
 SIZES = tuple((25 * 2**power, 2 ** round(0.45 * power)) for power in range(8))
 """Points per ridge and solutions per frame. Folding is proportional to solutions^-2.5, and the error of the rule to
@@ -40,19 +38,76 @@ AREA_SIZES = ((4, 64), (8, 128), (16, 256), (32, 512))
 """Points per ridge along and across, and phases, of the sum over the area of a fingertip."""
 
 
-class Trapezoid:
-    """The trapezoid rule on one contact at one load.
+class Rule(ABC):
+    """A sum over points of one contact, whose z is found with `brentq`.
 
-    load: N.
-    points: points per ridge.
     nbytes: memory, bytes.
     """
 
-    def __init__(self, contact: Contact, load: float, points: float) -> None:
+    nbytes: int
+
+    @abstractmethod
+    def heights(self, phase: float, across: float) -> Array:
+        """Return h (m) of every point; phase: turns; across: how far the texture has moved across, m."""
+
+    @abstractmethod
+    def weighted(self, h: Array) -> tuple[Array, Array]:
+        """Return the points that may touch, as heights (m) and weights."""
+
+    def solved(self, phases: Array, targets: Array, across: Array | None = None) -> Array:
+        """Return z (m) at each of `phases` (turns), found with `brentq`.
+
+        targets: weighted sum of max(h - z, 0) at each phase, m.
+        across: how far the texture has moved across at each phase, m; None: not at all.
+        """
         from scipy.optimize import brentq
 
-        self._find, geometry = brentq, contact.geometry_at(load)
-        self._geometry, self._target = geometry, contact.indentation(load)
+        found, moved = [], np.zeros(len(phases)) if across is None else across
+        for phase, target, aside in zip(phases.tolist(), targets.tolist(), moved.tolist(), strict=True):
+            h, v = self.weighted(self.heights(phase, aside))
+            excess, top = partial(_excess, h, v, target), float(h.max())
+            found.append(brentq(excess, _below(excess, top), top, xtol=1e-20, rtol=4.0 * np.finfo(float).eps))
+        return np.array(found)
+
+    def roots(self, phases: Array, targets: Array, across: Array | None = None) -> Array:
+        """Return the same z by Newton's method on the points that touch."""
+        found, moved = np.empty(len(phases)), np.zeros(len(phases)) if across is None else across
+        for i, (phase, target, aside) in enumerate(zip(phases, targets, moved, strict=True)):
+            h, v = self.weighted(self.heights(float(phase), float(aside)))
+            z, touching = _below(partial(_excess, h, v, target), float(h.max())), -1
+            some = h > z
+            while some.any() and np.count_nonzero(some) != touching:  # none: the target is below the rounding of h
+                h, v = h[some], v[some]
+                touching = len(h)
+                z = (float(np.sum(v * h)) - target) / float(np.sum(v))
+                some = h > z
+            found[i] = z
+        return found
+
+
+def _excess(h: Array, v: Array, target: float, z: float) -> float:
+    """Return by how much the sum of max(h - z, 0) over points of weights `v` exceeds `target`, m."""
+    return float(np.sum(v * np.maximum(h - z, 0.0))) - target  # `@` would start threads
+
+
+def _below(excess: Callable[[float], float], top: float) -> float:
+    """Return a height (m) below `top` at which `excess` is not negative."""
+    pressed = 1e-6
+    while excess(top - pressed) < 0.0:
+        pressed *= 2.0
+    return top - pressed
+
+
+class Trapezoid(Rule):
+    """The trapezoid rule on one contact along a line, over its length at one load.
+
+    load: N.
+    points: points per ridge.
+    """
+
+    def __init__(self, contact: Contact, load: float, points: float) -> None:
+        geometry = contact.geometry_at(load)
+        self._geometry = geometry
         pieces = max(8, math.ceil(points * geometry.ridges))
         self._places = np.linspace(0.0, geometry.contact_length, pieces + 1)
         self._weights = np.full(pieces + 1, 1.0 / pieces)
@@ -62,85 +117,45 @@ class Trapezoid:
         self._finger = -geometry.ridge_amplitude * ridges - 0.5 * contact.dome * from_middle**2
         self.nbytes = self._places.nbytes + self._weights.nbytes + self._finger.nbytes
 
-    def solved(self, phases: Array) -> Array:
-        """Return z (m) at each of `phases` (turns), found with `brentq`."""
-        scale, found = self._geometry.height_scale, []
-        for phase in phases:
-            h = self._heights(float(phase))
-            bottom = float(h.min()) - self._target - 1e-6 * scale
-            tight = {"xtol": 1e-15 * scale, "rtol": 4.0 * np.finfo(float).eps}
-            found.append(self._find(lambda z, h=h: self._excess(h, z), bottom, float(h.max()), **tight))
-        return np.array(found)
-
-    def roots(self, phases: Array) -> Array:
-        """Return the same z, in closed form."""
-        found = np.empty(len(phases))
-        for i, phase in enumerate(phases):
-            h = self._heights(float(phase))
-            falling = np.argsort(h)[::-1]
-            weights = self._weights[falling]
-            found[i] = np.max((np.cumsum(weights * h[falling]) - self._target) / np.cumsum(weights))
-        return found
-
-    def _heights(self, phase: float) -> Array:
+    def heights(self, phase: float, across: float) -> Array:
+        """See `Rule`; a texture along a line is the same across."""
         geometry = self._geometry
         return np.asarray(geometry.texture(self._places - phase % 1.0 * geometry.texture_period) + self._finger)
 
-    def _excess(self, h: Array, z: float) -> float:
-        return float(self._weights @ np.maximum(h - z, 0.0)) - self._target
+    def weighted(self, h: Array) -> tuple[Array, Array]:
+        """See `Rule`."""
+        return h, self._weights
 
 
-class PointSum:
-    """The sum over equally spaced points of a fingertip at one load; its methods are those of `Trapezoid`."""
+class PointSum(Rule):
+    """The sum over equally spaced points of a finger over an area.
 
-    def __init__(self, contact: FingertipContact, load: float, points: float) -> None:
-        from scipy.optimize import brentq
+    points: points per ridge, along and across.
+    """
 
-        assert contact.geometry.profile is not None
-        self._find, self._texture, self._period = brentq, contact.geometry.profile, contact.geometry.texture_period
-        length, width = contact.footprint.reach
-        along, across = (math.ceil(points * one / contact.field.period) for one in (length, width))
-        self._places = ((np.arange(along) + 0.5) / along - 0.5) * length
-        y = ((np.arange(across) + 0.5) / across - 0.5) * width
-        inside = (self._places[:, np.newaxis] / length) ** 2 + (y / width) ** 2 < 0.25
-        self._finger = np.where(inside, contact.surface.heights(self._places, y), -np.inf)
-        share = length * width / (along * across * contact.footprint.length * contact.footprint.width)
-        self._target = contact.indentation(load) / share
+    def __init__(self, contact: Any, points: float) -> None:
+        self._texture, self._period = contact.geometry.profile, contact.geometry.texture_period
+        length, width = contact.own_size
+        along, across = (math.ceil(points * one / contact.geometry.ridge_period) for one in (length, width))
+        x = ((np.arange(along) + 0.5) / along - 0.5) * length
+        self._y = ((np.arange(across) + 0.5) / across - 0.5) * width
+        inside = (x[:, np.newaxis] / length) ** 2 + (self._y / width) ** 2 < 0.25
+        self._finger = np.where(inside | contact.hard_edges, contact.own_heights(x, self._y), -np.inf)
+        self._places = x + contact.own_middle
+        self._weight = length * width / (along * across * contact.own_area)
         self.nbytes = 2 * self._finger.nbytes
 
-    def solved(self, phases: Array) -> Array:
-        """Return z (m) at each of `phases` (turns), found with `brentq`."""
-        found = []
-        for phase in phases:
-            h = self._heights(float(phase))
-            top, pressed = float(h.max()), 1e-6
-            while self._excess(h, top - pressed) < 0.0:
-                pressed *= 2.0
-            found.append(self._find(lambda z, h=h: self._excess(h, z), top - pressed, top, xtol=1e-15))
-        return np.array(found)
+    def heights(self, phase: float, across: float) -> Array:
+        """See `Rule`."""
+        x = self._places - phase % 1.0 * self._period
+        if isinstance(self._texture, HeightField):
+            return np.asarray(self._finger + self._texture.area(x, self._y - across).T)
+        return np.asarray(self._finger + self._texture.heights(x)[:, np.newaxis])
 
-    def roots(self, phases: Array) -> Array:
-        """Return the same z by Newton's method on the points that touch."""
-        found = np.empty(len(phases))
-        for i, phase in enumerate(phases):
-            h = self._heights(float(phase)).ravel()
-            z = float(h.max()) - 1e-6
-            while self._excess(h, z) < 0.0:
-                z -= 1e-6
-            h, touching = h[h > z], 0
-            while len(h) != touching:
-                touching = len(h)
-                z = (float(h.sum()) - self._target) / touching
-                h = h[h > z]
-            found[i] = z
-        return found
-
-    def _heights(self, phase: float) -> Array:
-        under = self._texture.heights(self._places - phase % 1.0 * self._period)
-        return np.asarray(self._finger + under[:, np.newaxis])
-
-    def _excess(self, h: Array, z: float) -> float:
-        return float(np.sum(np.maximum(h - z, 0.0))) - self._target
+    def weighted(self, h: Array) -> tuple[Array, Array]:
+        """See `Rule`."""
+        h = h[np.isfinite(h)]
+        return h, np.full(len(h), self._weight)
 
 
 def baseline_methods(case: Case) -> Iterator[Method]:
@@ -148,10 +163,9 @@ def baseline_methods(case: Case) -> Iterator[Method]:
     if isinstance(case.contact.geometry.profile, HeightField):
         return
     if not case.contact.of_one_line:
-        tip: Any = case.contact  # without a height field only a fingertip has heights over an area
         for points, phases in AREA_SIZES:
             name = f"sum over points and brentq, {points} points a ridge, tabled, {phases} phases"
-            yield _tabled(case, PointSum(tip, case.load, points), name, phases)
+            yield _tabled(case, PointSum(case.contact, points), name, phases)
         return
     rules = [(points, count, Trapezoid(case.contact, case.load, points)) for points, count in SIZES]
     for points, count, rule in rules:
@@ -161,17 +175,25 @@ def baseline_methods(case: Case) -> Iterator[Method]:
         yield _tabled(case, rule, name, TABLED * count)
 
 
-def _framed(case: Case, rule: Trapezoid, name: str, count: int) -> Method:
-    frames = max(1, TIMED // count)
+def of_load(case: Case, solve: Callable[[Array, Array], Array]) -> Solve:
+    """Return `solve`, of a `Rule`, at the load of `case`."""
+    target = case.contact.indentation(case.load)
+    return lambda phases: solve(phases, np.full(len(phases), target))
+
+
+def _framed(case: Case, rule: Rule, name: str, count: int) -> Method:
+    frames, roots, solved = max(1, TIMED // count), of_load(case, rule.roots), of_load(case, rule.solved)
     steps = np.arange(frames * count) / (count * case.period_frames)
-    period, phases = case.solved_period(rule.roots, count)
-    ready = Ready(frames, rule.nbytes, lambda: rule.solved(steps), period)
-    return Method(name, "baseline", lambda: ready, phases * seconds_a_phase(rule.roots))
+    period, phases = case.solved_period(roots, count)
+    ready = Ready(frames, rule.nbytes, lambda: solved(steps), period)
+    return Method(name, "baseline", lambda: ready, phases * seconds_a_phase(roots))
 
 
-def _tabled(case: Case, rule: Trapezoid | PointSum, name: str, phases: int) -> Method:
+def _tabled(case: Case, rule: Rule, name: str, phases: int) -> Method:
+    roots, solved = of_load(case, rule.roots), of_load(case, rule.solved)
+
     @cache
     def set_up() -> Ready:
-        return read_by(case, SeriesCurve(case.series(rule.roots, phases)), setup=phases * seconds_a_phase(rule.solved))
+        return read_by(case, SeriesCurve(case.series(roots, phases)), setup=phases * seconds_a_phase(solved))
 
-    return Method(name, "baseline", set_up, phases * seconds_a_phase(rule.roots))
+    return Method(name, "baseline", set_up, phases * seconds_a_phase(roots))

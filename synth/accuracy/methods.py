@@ -21,10 +21,10 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from time import perf_counter
 
 import numpy as np
 
+from synth.accuracy.method import Method, Ready, clock
 from synth.arrays import Array, Block
 from synth.contact.load_balance import Contact
 from synth.contact.profile_solver import SegmentGrid
@@ -32,11 +32,13 @@ from synth.motion.motion import LOAD, SPEED, Motion
 from synth.plan.frame_solver import FrameSolver
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.scene_table import bounds_for, table_of_scene
+from synth.plan.stretch import stretch_of
 from synth.response.discretisation import fine_enough
 from synth.response.mean_approach import mean_curve
 from synth.response.phases import phase_step
 from synth.response.series_curve import SeriesCurve
 from synth.response.spectrum import Complex, Demand, curves, harmonics_of
+from synth.response.table_making import TableBounds
 from synth.response.table_reader import TableReader
 from synth.response_cache import ResponseCache
 from synth.scene.output_section import BAND
@@ -107,7 +109,7 @@ class Case:
         return self.solved.steady.series(self.order, series)
 
     def solved_period(self, solve: Solve, count: int) -> tuple[Callable[[int], Array], int]:
-        """Return the function `Ready.period` for frames with `count` solutions each, and the phases per period."""
+        """Return the function `Ready.values` for frames with `count` solutions each, and the phases per period."""
         phases = max(8, round(self.period_frames * count))
 
         def period(points: int) -> Array:
@@ -118,46 +120,10 @@ class Case:
         return period, phases
 
 
-@dataclass(frozen=True, slots=True)
-class Ready:
-    """A method that is set up.
-
-    frames: number of frames that `run` computes.
-    nbytes: memory, bytes.
-    run: computes the frames.
-    period: returns the channel (SI) at the phases (i + 1/2) / points of a period. A table returns its own number of
-        points in place of the requested one.
-    setup: set-up time (s); None if it is measured by calling `set_up`.
-    """
-
-    frames: int
-    nbytes: int
-    run: Callable[[], object]
-    period: Callable[[int], Array]
-    setup: float | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Method:
-    """A method to compute a case.
-
-    name: name in the report.
-    family: group of methods that differ only in size.
-    set_up: returns the method, ready to run.
-    seconds: approximate time to set it up, run it and compute its error, s.
-    """
-
-    name: str
-    family: str
-    set_up: Callable[[], Ready]
-    seconds: float = 0.0
-
-
-def case_of(scene: Scene, channel: int) -> Case:
-    """Return the case of channel number `channel` of a steady `scene` that is not silent."""
-    solved = prepare(scene)
+def case_of(solved: Preparation, channel: int) -> Case:
+    """Return the case of channel number `channel` of a constant scan that is not silent."""
     assert solved.contact is not None
-    plan = solved.channels[channel]
+    scene, plan = solved.scene, solved.channels[channel]
     demand = Demand(solved.highest, (plan.order,), REFINED * solved.tolerance)
     contact = fine_enough(solved.contact, (scene.scan.load,), scene.scan.load, demand)
     return Case(scene, solved, contact, plan.quantity, plan.order, plan.extent)
@@ -173,7 +139,7 @@ def methods_of(case: Case) -> Iterator[Method]:
     name = f"segments solver, {exact.segments} a period" if isinstance(exact, SegmentGrid) else exact.name
     for count in OVERSAMPLINGS:
         yield _framed(case, f"{name}, oversampling {count}", "exact", count)
-    for size in TABLE_SIZES:
+    for size in TABLE_SIZES if short_enough(case.scene) else ():
         yield _table(case, size)
     a_phase = seconds_a_phase(case.heights)
     for phases in SERIES_PHASES:
@@ -221,9 +187,9 @@ def seconds_a_phase(solve: Solve) -> float:
     """Return the approximate time (s) of one solution."""
     phases = np.arange(PROBES) / PROBES
     solve(phases)
-    began = perf_counter()
+    began = clock()
     solve(phases)
-    return (perf_counter() - began) / PROBES
+    return (clock() - began) / PROBES
 
 
 def _framed(case: Case, name: str, family: str, count: int) -> Method:
@@ -282,17 +248,27 @@ def _closed(case: Case) -> Method:
     return Method("closed form", "closed", set_up)
 
 
-def _table(case: Case, size: float) -> Method:
-    """Return a response table that is `size` times as accurate as that of a live voice."""
-    bounds = bounds_for(case.scene)
+def short_enough(scene: Scene) -> bool:
+    """Return whether the period of the texture is short enough for a response table."""
+    return stretch_of(scene, 1, 0) is None
+
+
+def table_bounds(scene: Scene, size: float) -> TableBounds:
+    """Return the limits of a response table that is `size` times as accurate as that of a live voice."""
+    bounds = bounds_for(scene)
     z, velocity, acceleration = bounds.targets
-    targets = z / size, velocity / size, acceleration / size
     if size > 1.0:
         bounds = replace(bounds, nbytes=round(size * bounds.nbytes), work=size * bounds.work)
-    name = f"response table, to a {1.0 / targets[0]:.0f}th"
+    return replace(bounds, targets=(z / size, velocity / size, acceleration / size))
+
+
+def _table(case: Case, size: float) -> Method:
+    """Return a response table that is `size` times as accurate as that of a live voice."""
+    bounds = table_bounds(case.scene, size)
+    name = f"response table, to a {1.0 / bounds.targets[0]:.0f}th"
 
     def set_up() -> Ready:
-        table = table_of_scene(case.scene, replace(bounds, targets=targets))
+        table = table_of_scene(case.scene, bounds)
         return _live(case, TableReader.of(table, case.quantity, case.rate, 1.0 / case.extent))
 
     return Method(name, "table", set_up, TABLE_SECONDS * max(size, 1.0))

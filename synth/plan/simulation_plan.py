@@ -29,6 +29,7 @@ import numpy as np
 
 from synth.effects.simulation.decimation import Decimator, narrowest
 from synth.effects.simulation.running import RESPONSE, Signal, Simulation
+from synth.effects.simulation.steps import Stepper
 from synth.effects.simulation.terms import ELASTIC, Terms
 from synth.plan.contact_steppers import point_stepper, slope_forces, table_stepper
 from synth.plan.effect_choice import SimulationCase, relative_change, stiffness_round
@@ -128,7 +129,7 @@ def plan_simulation(case: SimulationCase, terms: Terms, *, of_points: bool = Fal
     allowed = [max(SETTLED * case.tolerance, TABLE_STEPS * one * case.live) for one in of_contact]
     profile = case.contact.geometry.profile
     left = LEFT_BY_POINTS if profile is None or not profile.corners.size else LEFT_BY_CORNERS
-    finer_by = _refinement(case)
+    finer_by = refinement(case)
     for count in counts[1:]:
         before = tried
         stepper = point_stepper(case, terms, count, tried.simulation.reference)[0]
@@ -159,7 +160,17 @@ def plan_simulation(case: SimulationCase, terms: Terms, *, of_points: bool = Fal
     return SimulationPlan(ready, case.orders, change, errors, peaks, heard, twice, tuple(halves), filtered)
 
 
-def _refinement(case: SimulationCase) -> int:
+def resized(plan: SimulationPlan, case: SimulationCase, terms: Terms, steps: int, stepper: Stepper) -> Simulation:
+    """Return the simulation of `plan` with `steps` steps per frame and another stepper of the same contact.
+
+    case, terms: those of the plan.
+    """
+    first = replace(plan.nominal, stepper=stepper, steps=steps, filters=_filters_of(case, terms, steps))
+    begun = started(first, case)
+    return replace(begun.simulation, scene=case.scene, offset=begun.offset)
+
+
+def refinement(case: SimulationCase) -> int:
     """Return how many times as many points halve their distance."""
     return 2 if case.contact.of_one_line else 4
 
@@ -168,7 +179,7 @@ def _points(case: SimulationCase, terms: Terms, busy: float) -> list[int]:
     """Return the numbers of points to try, each at half the distance of the one before. Time limits the last."""
     from synth.effects.simulation.skin_steps import point_seconds
 
-    steps, finer = max(2.0 * case.scene.output.sample_rate, FEWEST_STEPS), _refinement(case)
+    steps, finer = max(2.0 * case.scene.output.sample_rate, FEWEST_STEPS), refinement(case)
     in_rows, attracts = not case.contact.of_one_line, terms.adhesion is not None
     seconds = point_seconds(terms.skin or ELASTIC, in_rows=in_rows, attracts=attracts)
     most = MOST_POINTS if case.contact.of_one_line else MOST_OVER_AREA

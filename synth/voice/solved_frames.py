@@ -49,6 +49,11 @@ class SolvedFrames:
         """Working memory of a chunk in bytes."""
         return self._solver.memory_bytes
 
+    @property
+    def solutions(self) -> int:
+        """Number of solutions of a chunk, without those of landings."""
+        return self._solver.solutions
+
     def read(self, first: int, out: Block) -> None:
         """Write the frames from `first` on to `out`, float32 [frames, channels], value / full_scale."""
         done = 0

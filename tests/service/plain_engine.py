@@ -171,7 +171,9 @@ class PlainEngine:
             "left_out": [],
         }
 
-    def accuracy(self, scene: Scene, quantity: str | None, given_up: threading.Event) -> dict[str, Any]:
+    def accuracy(
+        self, scene: Scene, quantity: str | None, given_up: threading.Event, *, live: bool = False
+    ) -> dict[str, Any]:
         self._about_to("accuracy")
         if self.slow:
             assert given_up.wait(30.0), "nobody gave it up"

@@ -20,9 +20,11 @@ class StuckEngine(PlainEngine):
         threading.Event().wait()
         raise AssertionError
 
-    def accuracy(self, scene: Scene, quantity: str | None, given_up: threading.Event) -> dict[str, Any]:
+    def accuracy(
+        self, scene: Scene, quantity: str | None, given_up: threading.Event, *, live: bool = False
+    ) -> dict[str, Any]:
         print("a measurement begins", file=sys.stderr, flush=True)
-        return super().accuracy(scene, quantity, given_up)
+        return super().accuracy(scene, quantity, given_up, live=live)
 
 
 if __name__ == "__main__":

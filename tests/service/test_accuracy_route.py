@@ -53,7 +53,10 @@ def test_where_there_is_no_error_the_decibels_are_null_over_the_wire(running: Ru
     assert free and all(row["worst_harmonic_db"] is None and row["threshold_margin_db"] is None for row in free)
 
 
-@pytest.mark.parametrize(("query", "quantity"), [("", "acceleration"), ("?quantity=displacement", "displacement")])
+@pytest.mark.parametrize(
+    ("query", "quantity"),
+    [("", "acceleration"), ("?quantity=displacement", "displacement"), ("?live=true", "acceleration")],
+)
 def test_the_quantity_is_the_first_or_the_one_asked_for(app: FastAPI, query: str, quantity: str) -> None:
     assert ask(app, "POST", f"/v1/accuracy{query}", json=CHANNELS).json()["quantity"] == quantity
 
@@ -148,7 +151,7 @@ def test_openapi_has_every_field_of_the_document(app: FastAPI) -> None:
     assert call["responses"]["200"]["content"] == {
         "application/json": {"schema": {"$ref": "#/components/schemas/AccuracyTable"}}
     }
-    assert [parameter["name"] for parameter in call["parameters"]] == ["quantity"]
+    assert [parameter["name"] for parameter in call["parameters"]] == ["quantity", "live"]
     assert {"200", "413", "415", "422", "503"} <= set(call["responses"])
 
 

@@ -1,7 +1,7 @@
 /* Plot of error against computing time, from the answer of `POST /v1/accuracy`.
 
 Model: x is the computing time per second of sound, with set-up spread over the duration of the scene. y is the largest
-error of a period relative to peak-to-peak. Both are logarithmic. A line joins methods that differ in size only; open
+error relative to peak-to-peak. Both are logarithmic. A line joins methods that differ in size only; open
 points are the baseline with a table of one period. The broad line is the Pareto front. The ring marks the method of the
 plan.
 Limits: an error of zero is drawn at the lower edge. Labels without free space are omitted; the table has all methods.
@@ -10,14 +10,7 @@ Limits: an error of zero is drawn at the lower edge. Labels without free space a
 import { inWords } from "../scene/quantities.js";
 import { logAxis } from "../views/axes.js";
 
-const FAMILIES = {
-  baseline: "trapezoid and brentq",
-  sampled: "sampled solver",
-  exact: "exact solver",
-  table: "response table",
-  harmonics: "sum of harmonics",
-  closed: "closed form",
-};
+const FAMILIES = ["baseline", "sampled", "exact", "cells", "steps", "table", "harmonics", "closed"]; // as they are shown
 const ROUNDING = 2 ** -25; // error of a float32 sample near full scale
 const MARGIN_DB = 6; // distance of imperceptible errors from the detection threshold
 const SVG = "http://www.w3.org/2000/svg";
@@ -47,15 +40,12 @@ export function seriesOf(document) {
     if (!groups.has(key)) groups.set(key, { family: row.family, pattern, rows: [] });
     groups.get(key).rows.push(row);
   }
-  const order = Object.keys(FAMILIES);
-  const series = [...groups.values()].sort((one, other) => order.indexOf(one.family) - order.indexOf(other.family));
+  const order = (one) => FAMILIES.indexOf(one.family);
+  const series = [...groups.values()].sort((one, other) => order(one) - order(other));
   for (const one of series) {
-    const kind = one.pattern
-      .split(",")
-      .slice(1)
-      .map((part) => part.trim())
-      .filter((part) => !/[#\d]/.test(part));
-    one.name = [FAMILIES[one.family] ?? one.family, ...kind].join(", ");
+    const [heading, ...parts] = one.pattern.split(",").map((part) => part.trim());
+    const kind = parts.filter((part) => !/[#\d]/.test(part));
+    one.name = [heading, ...kind].join(", ");
     one.open = kind.includes("tabled");
     one.rows.sort((first, second) => numberOf(first.method) - numberOf(second.method));
   }

@@ -26,6 +26,7 @@ class AccuracyParameters(BaseModel):
     quantity: QuantityName | None = Field(
         default=None, description="Quantity of one of the scene's channels; without it, of the first."
     )
+    live: bool = Field(default=False, description="Measure a live voice, behind a hand, in place of a file.")
 
 
 @router.post(
@@ -40,5 +41,5 @@ async def accuracy(request: Request, parameters: Annotated[AccuracyParameters, Q
     """Every method with its error and its cost on the service's machine. One measurement at a time, up to a minute."""
     service = service_of(request)
     read = partial(service.textures.scene, await read_body(request), request.scope.get(KEY))
-    body = await service.measurements.answer(read, parameters.quantity, request.receive)
+    body = await service.measurements.answer(read, parameters.quantity, request.receive, live=parameters.live)
     return Response(body, media_type="application/json")

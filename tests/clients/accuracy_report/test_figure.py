@@ -19,7 +19,7 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
 from clients.accuracy_report.figure import LOOK, STYLES, draw, drawings, main
-from clients.accuracy_report.method_series import FAMILIES, ROUNDING, cost_of, felt_error, front_of
+from clients.accuracy_report.method_series import FAMILIES, ROUNDING, cost_of, felt_error, front_of, series_of
 from synth.scene.scene import parse_scene, scene_document
 from tests.accuracy_case import CHOSEN, document
 
@@ -85,11 +85,11 @@ def test_every_method_is_drawn_once_at_its_cost_and_error(figure: Figure) -> Non
 
 
 def test_every_family_has_a_colour_and_a_marker_of_its_own_and_its_name(figure: Figure) -> None:
-    assert STYLES.keys() == FAMILIES.keys()
+    assert tuple(STYLES) == FAMILIES
     colours, markers, _ = zip(*STYLES.values(), strict=True)
     assert len(set(colours)) == len(set(markers)) == len(STYLES)
     shown = words(figure)
-    assert all(name in shown for name in FAMILIES.values())
+    assert all(series.name in shown for series in series_of(document()))
     framed, tabled = (lines(figure, f"trapezoid and brentq{kind}")[0] for kind in ("", ", tabled"))
     assert framed.get_linestyle() != tabled.get_linestyle()
     assert framed.get_markerfacecolor() != tabled.get_markerfacecolor()

@@ -120,6 +120,7 @@ def test_every_other_call_is_there(client: Client) -> None:
     assert client.healthz()
     assert client.explain({})["simulated"] == []
     assert client.accuracy({}, quantity="acceleration")["methods"]
+    assert client.accuracy({}, live=True)["methods"]
     names = [entry["name"] for entry in client.textures()]
     assert client.texture(names[0])["name"] == names[0]
     assert client.table({}) == TABLE.read_bytes()
