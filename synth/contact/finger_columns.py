@@ -20,7 +20,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.footprint import REACH, Footprint
-from synth.kernels import kernel
+from synth.kernels import inlined, kernel
 from synth.response_cache import kept
 from synth.surfaces.ridge_field import WAVES, RidgeField
 
@@ -31,13 +31,15 @@ ORDER = 6  # by which that error falls with the distance of the samples
 MOST_SAMPLES = 4000  # along or across: 128 MB; reached by fingertips of 38 mm, and at 100 mm they err by some 1e-4
 FEWEST_SAMPLES = 96  # over the length or the width of the smallest fingertip
 COLUMNS = 64  # per ridge, or FEWEST over the length
-ROWS = 2.0  # per sample across
+ROWS = 2  # per sample across; with 6 columns change by 3e-6 of the acceleration, and take twice as long to make
 FEWEST = 256  # columns of the smallest fingertip
 BESIDE = 4  # samples beyond the oval on every side
 LEVELS = 128  # over the height of the ridges and the depth of the nominal footprint
-BENEATH = 0.25  # of that height: how far below the lowest level rows are known, so that deeper columns change none
 SHALLOWEST = 0.75  # of that height: less deep columns are not made
 DEEPER = 1.3  # factor between the depths for which columns are made: a finger at many loads needs few
+LEVEL = 1e-15  # m: a row that rises less counts as level
+Place = np.uint64  # an unsigned index: with a signed one Numba checks for negative indices
+ONE, TWO, THREE, FOUR, FIVE = Place(1), Place(2), Place(3), Place(4), Place(5)
 MOST_SWELL = math.sqrt(2.0 * WAVES)  # bound of the random field of the ridges' heights
 
 
@@ -81,7 +83,8 @@ class FingerSurface:
     def columns(self, depth: float, coarser: float) -> FingerColumns:
         """Return columns whose levels reach at least `depth` (m) below the top of the fingertip.
 
-        coarser: factor on the distance of columns and rows; that of levels has its root, that of samples its cube root.
+        coarser: factor on the distance of columns; that of levels has its root, that of samples, and so of rows, its
+            cube root.
         Deeper columns have the same values at the levels that they share, so results do not depend on the depth.
         """
         usual = self.footprint.depth + 2.0 * self.field.amplitude
@@ -122,7 +125,7 @@ def finger_columns(surface: FingerSurface, levels: int, drop: float, coarser: fl
 
     levels: their number.
     drop: their distance, m.
-    coarser: factor on the distance of columns; those of rows and samples follow from it.
+    coarser: factor on the distance of columns; that of samples follows from it.
     """
     (length, width), ridge = surface.footprint.reach, surface.field.period
     columns = math.ceil(max(COLUMNS * length / ridge, FEWEST) / coarser)
@@ -130,12 +133,11 @@ def finger_columns(surface: FingerSurface, levels: int, drop: float, coarser: fl
     x = (np.arange(columns) + 0.5) * (length / columns) - 0.5 * length
     chords = 0.5 * width * np.sqrt(np.maximum(1.0 - (2.0 * x / length) ** 2, 0.0)) / across
     places = (x + 0.5 * length) / along + BESIDE
-    rows = max(round(ROWS / math.sqrt(coarser)), 1)  # each doubling of `coarser` must change it: 6, 4, 3, 2, 1
+    rows = ROWS if coarser <= 1.0 else 1
     top = float(np.max(samples)) + drop
     areas, tops = np.zeros((columns, levels, 2), np.float32), np.full(columns, -math.inf)
     ends = np.zeros((columns, 2))
-    beneath = top - (levels - 1) * drop - BENEATH * (surface.footprint.depth + 2.0 * surface.field.amplitude)
-    deposit(samples, places, chords, sixths(np.arange(rows) / rows), across, top, drop, beneath, areas, ends, tops)
+    deposit(samples, places, chords, sixths(np.arange(rows) / rows), across, top, drop, areas, ends, tops)
     return FingerColumns(float(x[0]), length / columns, top, drop, areas, ends, tops)
 
 
@@ -149,7 +151,7 @@ def sixths(t: Array) -> Array:
 
 
 @kernel
-def deposit(samples, places, chords, weights, across, top, drop, beneath, areas, ends, tops):
+def deposit(samples, places, chords, weights, across, top, drop, areas, ends, tops):
     """Write A, N times `drop` and the highest point of every column.
 
     samples: heights, m [along, across].
@@ -157,10 +159,10 @@ def deposit(samples, places, chords, weights, across, top, drop, beneath, areas,
     chords: half the width of the oval at each column, in samples.
     weights: of six samples at each row between two samples [rows, 6].
     across: distance of the samples, m.
-    beneath: height below which rows need not be known, m; neighbours of the rows that count lie above it.
     """
     count, levels, rows = samples.shape[1], areas.shape[1], len(weights)
     line, fine = np.empty(count), np.empty(count * rows)
+    lows, highs = np.empty(len(fine)), np.empty(len(fine))
     begun, moment = np.empty(levels + 1), np.empty(levels + 1)
     width, area, lowest, middle = np.empty(levels), np.empty(levels), top - (levels - 1) * drop, 0.5 * (count - 1)
     for c in range(len(places)):
@@ -168,35 +170,38 @@ def deposit(samples, places, chords, weights, across, top, drop, beneath, areas,
         begun[:], moment[:], width[:], area[:] = 0.0, 0.0, 0.0, 0.0
         first, last = middle - chords[c], middle + chords[c]
         begin, end = max(int(first) - 1, 2), min(int(last) + 2, count - 3)
-        highest = refine_rows(line, begin, end, weights, beneath, fine)
-        for r in range(begin * rows + 1, end * rows - 2):
-            h, after = fine[r], fine[r + 1]
-            if max(h, after) <= lowest:
+        tops[c] = refine_rows(line, begin, end, weights, fine)
+        row, past = begin * rows + 1, end * rows - 2
+        rows_between(fine, row, past, lows, highs)
+        for number in range(row, past):
+            r = Place(number)
+            if not highs[r] > lowest:
                 continue
-            inside = min((r + 1.0) / rows, last) - max(float(r) / rows, first)  # the oval may end within a row
-            if inside <= 0.0:
-                continue
-            if fine[r - 1] > -math.inf and fine[r + 2] > -math.inf:  # the mean of a curved row, not of its chord
-                bend = (fine[r - 1] - h - after + fine[r + 2]) / 24.0
-                h, after = h - bend, after - bend
-            metres = inside * across
-            low, high = min(h, after), max(h, after)
-            past = max(math.ceil((top - low) / drop), 0)  # the first level at or below the row
-            for n in range(max(math.ceil((top - high) / drop), 0), min(past, levels)):
-                over = high - (top - n * drop)
-                part = min(over / (high - low), 1.0)
-                width[n] += metres * part
-                area[n] += 0.5 * metres * part * over
-            if past < levels:
-                begun[past] += metres
-                moment[past] += metres * (0.5 * (low + high) - top)
-        tops[c] = highest
+            inside = min((number + 1.0) / rows, last) - max(number / rows, first)  # the oval may end within a row
+            if inside > 0.0:
+                lay_row(lows[r], highs[r], inside * across, top, drop, levels, width, area, begun, moment)
         whole, volume = 0.0, 0.0
         for n in range(levels):
             whole += begun[n]
             volume += moment[n]
             ends[c, 0], ends[c, 1] = area[n] + volume + whole * n * drop, (width[n] + whole) * drop
             areas[c, n, 0], areas[c, n, 1] = ends[c, 0], ends[c, 1]
+
+
+@inlined
+def lay_row(low, high, metres, top, drop, levels, width, area, begun, moment):
+    """Add a row of `metres` that rises from `low` to `high`: to the levels between, and to all below."""
+    past = max(math.ceil((top - low) / drop), 0)  # the first level at or below the row
+    steep = 1.0 / max(high - low, LEVEL)
+    for number in range(max(math.ceil((top - high) / drop), 0), min(past, levels)):
+        n = Place(number)
+        over = high - (top - number * drop)
+        part = min(over * steep, 1.0) * metres
+        width[n] += part
+        area[n] += 0.5 * part * over
+    if past < levels:
+        begun[Place(past)] += metres
+        moment[Place(past)] += metres * (0.5 * (low + high) - top)
 
 
 @kernel
@@ -215,22 +220,26 @@ def blend(samples, place, line):
 
 
 @kernel
-def refine_rows(line, begin, end, weights, lowest, fine):
-    """Write the heights of all rows between the samples `begin` and `end`; return the highest.
-
-    Where the surface lies below `lowest`, the height is -inf.
-    """
+def refine_rows(line, begin, end, weights, fine):
+    """Write the heights of all rows between the samples `begin` and `end`; return the highest."""
     rows, highest = len(weights), -math.inf
-    for i in range(begin, end):
-        high = max(max(line[i - 1], line[i]), max(line[i + 1], line[i + 2]))
-        low = min(min(line[i - 1], line[i]), min(line[i + 1], line[i + 2]))
-        highest = max(highest, high)
-        for k in range(rows):
-            h = -math.inf
-            if high + 0.5 * (high - low) > lowest:
-                h = 0.0
-                for n in range(6):
-                    h += weights[k, n] * line[i - 2 + n]
-                highest = max(highest, h)
-            fine[i * rows + k] = h
+    for k in range(rows):
+        a, b, c = weights[k, 0], weights[k, 1], weights[k, 2]
+        d, e, f = weights[k, 3], weights[k, 4], weights[k, 5]
+        for number in range(begin - 2, end - 2):
+            i = Place(number)
+            h = a * line[i] + b * line[i + ONE] + c * line[i + TWO] + d * line[i + THREE] + e * line[i + FOUR]
+            h += f * line[i + FIVE]
+            highest = max(highest, h)
+            fine[Place((number + 2) * rows + k)] = h
     return highest
+
+
+@kernel
+def rows_between(fine, begin, end, lows, highs):
+    """Write the lower and the higher end of each row from `begin` on, of the mean of a curved row, not of its chord."""
+    for number in range(begin, end):
+        i = Place(number)
+        h, after = fine[i], fine[i + ONE]
+        bend = (fine[i - ONE] - h - after + fine[i + TWO]) / 24.0
+        lows[i], highs[i] = min(h, after) - bend, max(h, after) - bend

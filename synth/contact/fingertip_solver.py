@@ -25,7 +25,7 @@ from synth.arrays import Array
 from synth.contact.exact_solver import Approaches
 from synth.contact.finger_columns import FingerColumns, FingerSurface
 from synth.contact.texture_nodes import TextureNodes
-from synth.kernels import inlined, inner, signed_kernel
+from synth.kernels import inlined, inner, signed_kernel, summing
 
 Floats = np.ndarray[Any, np.dtype[np.float32]]
 
@@ -39,6 +39,7 @@ DEEPENING = 8  # phases that are solved first, to find how deep the columns must
 BELOW = 0.02  # of the scale: how far below a first guess of z the nodes are looked at
 MARGIN = 1.02  # on the depth of the columns
 DEEPEST = 1.6  # factor by which columns become deeper at once: in columns that are too shallow z is too low
+Place, ONE = np.uint64, np.uint64(1)  # an unsigned index: with a signed one Numba checks for negative indices
 PIECES = "f4[:,:,::1], f8[:,::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1]"
 
 
@@ -46,7 +47,8 @@ PIECES = "f4[:,:,::1], f8[:,::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1]"
 class Fold:
     """The columns of a finger, added over the periods of a texture that it spans.
 
-    areas: float32 [columns + 1, levels, 2]: B and -dB/d(level) times the distance of levels, over L0 W0.
+    areas: float32 [levels, columns + 1, 2]: B and -dB/d(level) times the distance of levels, over L0 W0. As the finger
+        moves, a node meets neighbouring columns at nearly the same level: neighbours in memory.
     ends: the same at the last level, float64 [columns + 1, 2].
     tops: height of the highest point of each column, m [columns + 1].
     first: place of the first column, m.
@@ -74,7 +76,8 @@ class Fold:
         first, copies = columns.first - columns.step, math.ceil(width / whole)
         read = columns.areas, columns.ends, columns.tops, columns.step
         add_copies(*read, whole, copies, 1.0 / area, areas, ends, tops)
-        return cls(areas, ends, tops, first, whole / count, columns.top, columns.drop)
+        by_level = np.ascontiguousarray(areas.transpose(1, 0, 2))
+        return cls(by_level, ends, tops, first, whole / count, columns.top, columns.drop)
 
 
 class FingertipGrid:
@@ -148,7 +151,7 @@ class FingertipGrid:
         while True:
             pieces = self._pieces()
             deepest = solve_nodes(*pieces, self.height_scale, phases, targets, begin, height, touching, iterations)
-            levels = pieces[0].shape[1] - 1
+            levels = pieces[0].shape[0] - 1
             if deepest <= levels or levels * pieces[-1][1] >= self.surface.tall:
                 break
             self._deepen(min(MARGIN * deepest, DEEPEST * levels) * pieces[-1][1])
@@ -189,7 +192,7 @@ class FingertipGrid:
     def reach_as(self, other: FingertipGrid) -> None:
         """Make the columns as deep as those of `other`, so that they are made once."""
         if other._fold is not None:
-            self._below_top(other._fold.drop * (other._fold.areas.shape[1] - 3))
+            self._below_top(other._fold.drop * (other._fold.areas.shape[0] - 3))
 
     def _below(self, z: float) -> None:
         """Make the columns deep enough for the approach `z` (m) at every phase."""
@@ -197,7 +200,7 @@ class FingertipGrid:
 
     def _below_top(self, depth: float) -> None:
         """Make the columns at least as deep as `depth` (m) below the top of the fingertip."""
-        reached = math.inf if self._fold is None else self._fold.drop * (self._fold.areas.shape[1] - 1)
+        reached = math.inf if self._fold is None else self._fold.drop * (self._fold.areas.shape[0] - 1)
         if self._fold is None or (math.isfinite(depth) and reached < min(depth, self.surface.tall)):
             self._deepen(MARGIN * depth)
 
@@ -267,41 +270,42 @@ def column_above(areas, ends, c, start, level):
     """
     if not level > start:
         return 0.0, 0.0
-    last = areas.shape[1] - 1
+    last = areas.shape[0] - 1
     if level >= last:  # where the whole column touches, or Newton's method passes
         return ends[c, 0] + (level - last) * ends[c, 1], ends[c, 1]
-    i = int(level)
-    a1, d1 = areas[c, i + 1, 0], areas[c, i + 1, 1]
+    i = Place(level)
+    a1, d1 = areas[i + ONE, c, 0], areas[i + ONE, c, 1]
     if start > i:
         whole, part = i + 1.0 - start, (level - start) / (i + 1.0 - start)
         power = max(d1 * whole / a1, 1.0) if a1 > 0.0 else 1.0
         a = a1 * part**power
         return a, power * a / (level - start)
-    return cubic(areas[c, i, 0], areas[c, i, 1], a1, d1, level - i)
+    return cubic(areas[i, c, 0], areas[i, c, 1], a1, d1, level - i)
 
 
 @inner
 def beside(areas, ends, first, c, u, level):
     """Return `above` where the levels of one of the columns are not whole: beside its highest point, or below them."""
-    if not level > min(first[c], first[c + 1]):
+    after = c + ONE
+    if not level > min(first[c], first[after]):
         return 0.0, 0.0
     a, d = column_above(areas, ends, c, first[c], level)
-    b, e = column_above(areas, ends, c + 1, first[c + 1], level)
+    b, e = column_above(areas, ends, after, first[after], level)
     return a + u * (b - a), d + u * (e - d)
 
 
 @inlined
 def above(areas, ends, first, place, level):
     """Return B and -dB/d(level) times the distance of levels; place in columns, level in levels below the top."""
-    c = int(place)
-    u, i = place - c, int(level)
-    if i < max(first[c], first[c + 1]) or i >= areas.shape[1] - 1:
+    c = Place(place)
+    after, u, whole = c + ONE, place - c, math.floor(level)
+    if whole < max(first[c], first[after]) or whole >= areas.shape[0] - 1:
         return beside(areas, ends, first, c, u, level)
-    t, near, far = level - i, areas[c], areas[c + 1]
-    a0, d0 = near[i, 0] + u * (far[i, 0] - near[i, 0]), near[i, 1] + u * (far[i, 1] - near[i, 1])
-    a1 = near[i + 1, 0] + u * (far[i + 1, 0] - near[i + 1, 0])
-    d1 = near[i + 1, 1] + u * (far[i + 1, 1] - near[i + 1, 1])
-    return cubic(a0, d0, a1, d1, t)
+    i = Place(whole)
+    high, low = areas[i], areas[i + ONE]
+    a0, d0 = high[c, 0] + u * (high[after, 0] - high[c, 0]), high[c, 1] + u * (high[after, 1] - high[c, 1])
+    a1, d1 = low[c, 0] + u * (low[after, 0] - low[c, 0]), low[c, 1] + u * (low[after, 1] - low[c, 1])
+    return cubic(a0, d0, a1, d1, level - whole)
 
 
 @inlined
@@ -320,10 +324,11 @@ def node_at(places, begin, k, moved, span):
 
 
 @inner
-def gather(first, places, weights, levels, moved, span, lowest, kept):
+def gather(first, places, weights, levels, moved, span, lowest, columns, kept):
     """Write the nodes that may touch above `lowest`; return their number and the highest point, in levels.
 
-    kept: place in columns, level and weight of each [3, nodes].
+    columns: number of the column before each [nodes].
+    kept: part of the way to the next column, level, weight, and the first whole level of both columns [4, nodes].
     """
     count, top, last, begin = 0, -math.inf, len(first) - 1, begins(places, moved, span)
     for k in range(len(places)):
@@ -331,26 +336,58 @@ def gather(first, places, weights, levels, moved, span, lowest, kept):
         c = int(place)
         if c >= last:
             break
-        reach = levels[i] - min(first[c], first[c + 1])
+        near, far = first[Place(c)], first[Place(c) + ONE]
+        reach = levels[i] - min(near, far)
         top = max(top, reach)
         if reach > lowest:
-            kept[0, count], kept[1, count], kept[2, count] = place, levels[i], weights[i]
+            columns[count] = c
+            kept[0, count], kept[1, count], kept[2, count] = place - c, levels[i], weights[i]
+            kept[3, count] = math.ceil(max(near, far))
             count += 1
     return count, top
 
 
 @inner
-def sums_of(areas, ends, first, kept, count, z):
+def sums_of(areas, ends, first, columns, kept, count, z):
     """Return the sums of B and -dB/d(level) over gathered nodes, and the deepest level that touches; z in levels."""
-    depth, touching, deepest = 0.0, 0.0, 0.0
+    last = areas.shape[0] - 1
+    depth, touching = inner_sums(areas, columns, kept, count, z)
+    deepest = 0.0
     for i in range(count):
         level = kept[1, i] - z
-        a, d = above(areas, ends, first, kept[0, i], level)
+        if kept[3, i] <= level < last:
+            deepest = max(deepest, level)
+            continue
+        a, d = beside(areas, ends, first, Place(columns[i]), kept[0, i], level)
         if d > 0.0:
             depth += kept[2, i] * a
             touching += kept[2, i] * d
             deepest = max(deepest, level)
     return depth, touching, deepest
+
+
+@summing
+def inner_sums(areas, columns, kept, count, z):
+    """Return both sums over the nodes between the first and the last whole level of their columns.
+
+    The loop has no branches, so that several nodes are read at once.
+    """
+    last, depth, touching = areas.shape[0] - 1, 0.0, 0.0
+    parts, levels, weights, starts = kept[0], kept[1], kept[2], kept[3]
+    for number in range(count):
+        k = Place(number)
+        level, u, c = levels[k] - z, parts[k], Place(columns[k])
+        i = Place(min(max(level, 0.0), last - 1.0))
+        t = level - i
+        a0 = areas[i, c, 0] + u * (areas[i, c + ONE, 0] - areas[i, c, 0])
+        d0 = areas[i, c, 1] + u * (areas[i, c + ONE, 1] - areas[i, c, 1])
+        a1 = areas[i + ONE, c, 0] + u * (areas[i + ONE, c + ONE, 0] - areas[i + ONE, c, 0])
+        d1 = areas[i + ONE, c, 1] + u * (areas[i + ONE, c + ONE, 1] - areas[i + ONE, c, 1])
+        a, d = cubic(a0, d0, a1, d1, t)
+        weight = weights[k] if starts[k] <= level and level < last and d > 0.0 else 0.0
+        depth += weight * a
+        touching += weight * d
+    return depth, touching
 
 
 @signed_kernel(f"f8({PIECES}, f8, f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], i8[::1])")
@@ -363,7 +400,7 @@ def solve_nodes(
     """
     drop, span = numbers[1], numbers[2] / numbers[0]
     below, deepest, pressed = BELOW * scale / drop, 0.0, numbers[3] / drop
-    kept = np.empty((3, len(places)))
+    kept, columns = np.empty((4, len(places))), np.empty(len(places), np.int64)
     z, last, earlier = math.nan, math.nan, math.nan
     for p in range(len(phases)):
         moved = (phases[p] - math.floor(phases[p])) * span
@@ -373,7 +410,7 @@ def solve_nodes(
         earlier, last = last, z
         z = guess[p] / drop if not math.isnan(guess[p]) else ahead
         lowest = z - below if not math.isnan(z) else math.inf
-        count, top = gather(first, places, weights, levels, moved, span, lowest, kept)
+        count, top = gather(first, places, weights, levels, moved, span, lowest, columns, kept)
         if targets[p] < EMPTY * scale:
             z = top
             height[p], touching[p], iterations[p] = z * drop, 0.0, 1
@@ -384,8 +421,8 @@ def solve_nodes(
         for turn in range(MOST_STEPS):
             if z < lowest:
                 lowest = z - below
-                count, top = gather(first, places, weights, levels, moved, span, lowest, kept)
-            depth, width, deep = sums_of(areas, ends, first, kept, count, z)
+                count, top = gather(first, places, weights, levels, moved, span, lowest, columns, kept)
+            depth, width, deep = sums_of(areas, ends, first, columns, kept, count, z)
             deepest = max(deepest, deep)
             iterations[p] = turn + 1
             change = 0.0
