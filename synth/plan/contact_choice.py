@@ -79,7 +79,8 @@ def _over_area(
         return contact, none if asked.area else cells_along_line(asked, contact, cache)
     if _at_places(asked):
         return cells_along_path(asked, contact_of(scene, stretch), tolerance)
-    return first_cells(contact_of(scene, stretch, refines=True)), none
+    contact = contact_of(scene, stretch, refines=True)
+    return contact.doubled() or contact, none  # the first of two halvings shows how fast the error falls
 
 
 def _on_line(asked: Request, cache: ResponseCache, none: Array, *, line: bool, file: bool) -> tuple[Contact, Array]:

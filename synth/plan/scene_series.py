@@ -42,9 +42,9 @@ def shaped_contact(
     if asked.live and asked.of_levels:
         tolerance = max(tolerance, OF_LEVELS)
     share = SERIES_SHARE if asked.moving else 1.0
-    harmonics = max(asked.highest if asked.load_varies else asked.reach, 1)
     still = 0.0 if asked.live and asked.moving else SMALLEST_MOTION
-    demand = Demand(harmonics, asked.orders, share * spendable(tolerance), still)
+    slower = 0 if asked.load_varies else asked.reach
+    demand = Demand(max(asked.highest, 1), asked.orders, share * spendable(tolerance), still, slower)
     long = asked.stretch is not None
     # the making of a table refines it
     if any(asked_effects(scene, Kind.BALANCE)) or ((asked.load_varies or long) and not asked.live):

@@ -5,6 +5,8 @@ Stage   RESPONSE. A series is refined further when it is solved (`spectrum`).
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from synth.contact.load_balance import Contact
@@ -23,15 +25,16 @@ def fine_enough(contact: Contact, loads: tuple[float, ...], usual: float, demand
     at which the motion nearly cancels.
     """
     finer = contact.refined()
-    phases = min(points_for(demand.highest), FRAME_PHASES)
+    phases = min(points_for(demand.total), FRAME_PHASES)
     theta = (np.arange(phases) + GOLDEN) / phases
-    seen = Demand(min(demand.highest, phases // 4), demand.orders, demand.tolerance)
+    most = phases // 4
+    seen = replace(demand, highest=min(demand.highest, most), slower=min(demand.slower, most))
     earlier: list[tuple[float, ...] | None] = [None] * len(loads)
     while finer is not None:
         good = True
-        moved = harmonics_of(finer.approach(theta, usual)[0], seen.highest)
+        moved = harmonics_of(finer.approach(theta, usual)[0], seen.total)
         for number, load in enumerate(loads):
-            before, after = (harmonics_of(one.approach(theta, load)[0], seen.highest) for one in (contact, finer))
+            before, after = (harmonics_of(one.approach(theta, load)[0], seen.total) for one in (contact, finer))
             changed, allowed = changes(before, after, seen, finer.scale_at(load), moved)
             left, earlier[number] = remaining(changed, earlier[number], finer.settles), changed
             good = good and all(one <= most for one, most in zip(left, allowed, strict=True))

@@ -45,12 +45,14 @@ UNSEEN = 0.25  # change of a harmonic by an event between M phases, times M^4, r
 FOLDED_SHARE = 8  # folding is measured in at least the lowest 1/8 of the harmonics that the grid resolves
 PROBES = 16  # phases between all grids, at which a converged series is checked
 DISCRETE_SHARE = 0.3  # share of the tolerance for the discretisation, where there is one
-MOST_DISCRETE = 0.8  # share that it has where it cannot be finer; the phases keep the rest
+MOST_DISCRETE = 0.8  # share that it has where it cannot be finer, or only at a high cost; the phases keep the rest
 FINER_WORK = 8  # times the work of the last refinement: room for three more refinements
 JUDGED_PHASES = 384  # least number of phases at which a discretisation is tested; 3 per harmonic where that is more
 SETTLED = 0.7  # of the error may remain after a doubling: a third is usual; if more remains, the grid hides a harmonic
 FIRST_ORDER = 0.5  # of the error remains when a discretisation is halved, for segments of a profile with corners
+BEGINNING = 1.0 / 3.0  # least part for the first two halvings: a quarter was too little for 2 of 14 scenes over dots
 UNSETTLED = 0.8  # largest assumed ratio of the next change to the last one: the error is then 4 times the last change
+SLOWER = math.sqrt(2.0)  # factor between the speeds at which the error of a slower scan is judged
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
@@ -58,26 +60,51 @@ GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 class Demand:
     """The requirements on a series.
 
-    highest: highest harmonic, at least 1.
+    highest: highest harmonic in the band at the scan's own speed, at least 1.
     orders: time derivatives (0 displacement, 1 velocity, 2 acceleration).
-    tolerance: largest error of each, relative to its own peak-to-peak.
-    still: if the peak of these harmonics of z is below this (m), the finger counts as still and the series is not
+    tolerance: largest error of each, relative to its own peak-to-peak at the own speed.
+    still: if the peak of all harmonics of z is below this (m), the finger counts as still and the series is not
         refined.
+    slower: highest harmonic that counts where the scan is slower; 0: `highest`.
     """
 
     highest: int
     orders: tuple[int, ...]
     tolerance: float
     still: float = 0.0
+    slower: int = 0
+
+    @property
+    def total(self) -> int:
+        """Number of harmonics that count at any speed."""
+        return max(self.highest, self.slower)
+
+    @property
+    def bands(self) -> list[tuple[int, float]]:
+        """The number of harmonics in the band, and the speed over the own, at the own speed and at slower ones.
+
+        A k-th time derivative falls with the k-th power of the speed.
+        """
+        counts = [self.highest]
+        while counts[-1] < self.total:
+            counts.append(min(math.ceil(SLOWER * counts[-1]), self.total))
+        return [(count, self.highest / count) for count in counts]
+
+    def largest(self, series: Complex, order: int) -> float:
+        """Return the largest value of derivative `order` of `series` at any speed, at the scale of the own speed."""
+        return max(
+            speed**order * float(np.max(np.abs(curves(series[: count + 1], order, points_for(count)))))
+            for count, speed in self.bands
+        )
 
     def is_still(self, height: Array) -> bool:
         """Return whether z at equal steps of a period (m), enough of them to judge, moves by less than `still`."""
-        enough = len(height) >= max(STILL_PHASES, 4 * self.highest)
-        return self.still > 0.0 and enough and self.of_still(harmonics_of(height, self.highest))
+        enough = len(height) >= max(STILL_PHASES, 4 * self.total)
+        return self.still > 0.0 and enough and self.of_still(harmonics_of(height, self.total))
 
     def of_still(self, harmonics: Complex) -> bool:
         """Return whether the harmonics of the demand, of z (m), have a peak below `still`."""
-        moved = curves(harmonics[: self.highest + 1], 0, points_for(self.highest))
+        moved = curves(harmonics[: self.total + 1], 0, points_for(self.total))
         return float(np.max(np.abs(moved))) < self.still
 
 
@@ -134,7 +161,7 @@ def solve_spectrum(response: Source, load: float, demand: Demand, keep: int = 0)
 
     keep: number of harmonics returned, at least those of the demand. Harmonics above the demand have no error bound.
     """
-    keep = max(keep, demand.highest)
+    keep = max(keep, demand.total)
     closed = response.closed(load)
     if closed is not None:
         harmonics = np.zeros(keep + 1, dtype=np.complex128)
@@ -159,19 +186,23 @@ def _refined(coarse: Source, finer: Source, load: float, demand: Demand, keep: i
 def _discretised(coarse: Source, finer: Source, load: float, demand: Demand) -> tuple[Source, tuple[float, ...]]:
     """Return the response on a discretisation that keeps its share of the tolerance, and the error that it leaves.
 
-    The discretisation is halved until the error that `remaining` returns is within DISCRETE_SHARE of the tolerance. It
-    is judged at phases that are no multiples of a segment, a column or a node.
+    The discretisation is halved until the error that `remaining` returns is within its share of the tolerance. That is
+    MOST_DISCRETE for columns and cells, whose halving takes four times the work and more. The discretisation is judged
+    at phases that are no multiples of a segment, a column or a node.
     """
-    count = max(JUDGED_PHASES, 3 * points_for(demand.highest) // 4)
+    count = max(JUDGED_PHASES, 3 * points_for(demand.total) // 4)
     phases = (np.arange(count) + GOLDEN) / count
     height = coarse.approach(phases, load)[0]
-    series, earlier = harmonics_of(height, demand.highest), None
+    series, earlier = harmonics_of(height, demand.total), None
+    share = DISCRETE_SHARE if coarse.settles >= FIRST_ORDER else MOST_DISCRETE
+    settles = max(finer.settles, BEGINNING)
     while True:
         height = finer.approach(phases, load, height)[0]
-        before, series = series, harmonics_of(height, demand.highest)
-        changed, allowed = changes(before, series, demand, finer.scale_at(load))
-        left = remaining(changed, earlier, finer.settles)
+        before, series = series, harmonics_of(height, demand.total)
+        changed, allowed = changes(before, series, demand, finer.scale_at(load), share=share)
+        left = remaining(changed, earlier, settles)
         good = all(one <= most for one, most in zip(left, allowed, strict=True))
+        settles = settles if earlier is None else finer.settles
         finest = finer.work_at(load) * count * FINER_WORK > MOST_WORK
         following = None if good or finest or demand.is_still(height) else finer.refined()
         if following is None:
@@ -196,22 +227,28 @@ def remaining(changed: tuple[float, ...], earlier: tuple[float, ...] | None, set
 
 
 def changes(
-    before: Complex, after: Complex, demand: Demand, scale: float, usual: Complex | None = None
+    before: Complex,
+    after: Complex,
+    demand: Demand,
+    scale: float,
+    usual: Complex | None = None,
+    share: float = DISCRETE_SHARE,
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return the largest change of each order, and the share of the tolerance, both relative to the peak-to-peak.
 
     usual: a series whose peak-to-peak is used instead where it is larger.
+    share: of the tolerance.
     """
     points, kept = points_for(demand.highest), demand.highest + 1
     found, allowed = [], []
     for order in demand.orders:
-        change = float(np.max(np.abs(curves((after - before)[:kept], order, points))))
+        change = demand.largest(after - before, order)
         extent = float(np.ptp(curves(after[:kept], order, points)))
         if usual is not None:
             extent = max(extent, float(np.ptp(curves(usual[:kept], order, points))))
         found.append(change / extent if extent > 0.0 else 0.0)
         floor = error_floor(scale, demand.highest, order)
-        allowed.append(DISCRETE_SHARE * demand.tolerance + (floor / extent if extent > 0.0 else 0.0))
+        allowed.append(share * demand.tolerance + (floor / extent if extent > 0.0 else 0.0))
     return tuple(found), tuple(allowed)
 
 
@@ -288,25 +325,34 @@ def _errors(height: Array, demand: Demand, scale: float) -> tuple[tuple[float, .
     A few harmonics may change little by chance. The bound therefore also uses the change that harmonics of random phase
     would cause if they folded as strongly as their neighbours.
     """
-    now, before, earlier = (harmonics_of(height[::step], demand.highest) for step in (1, 2, 4))
-    folded = _folded(height, demand.highest), _folded(height[::2], demand.highest)
-    points = points_for(demand.highest)
-    n = 2.0 * math.pi * np.arange(1, demand.highest + 1)
-    many = demand.highest >= MANY and len(height) > SEEN_WELL * demand.highest
-    weights = SURE_OF_MANY if many else SURE
+    series = tuple(harmonics_of(height[::step], demand.total) for step in (1, 2, 4))
+    now, points = series[0][: demand.highest + 1], points_for(demand.highest)
     errors, good = [], True
     for order in demand.orders:
-        last = float(np.max(np.abs(curves(now - before, order, points))))
-        previous = float(np.max(np.abs(curves(before - earlier, order, points))))
-        together = 2.0 * math.sqrt(float(np.sum(n ** (2 * order))))
-        parts = (last, previous, together * folded[0], together * folded[1])
-        error = max(weight * part for weight, part in zip(weights, parts, strict=True))
-        error = max(error, MISSING * _missing(height, demand.highest, order))
-        error += _unseen(height, demand.highest, order, scale)
+        error = max(
+            speed**order * _error(height, tuple(one[: count + 1] for one in series), order, scale)
+            for count, speed in demand.bands
+        )
         extent = float(np.ptp(curves(now, order, points)))
         good = good and error <= demand.tolerance * extent + error_floor(scale, demand.highest, order)
         errors.append(error / extent if extent > 0.0 else 0.0)
     return tuple(errors), good
+
+
+def _error(height: Array, series: tuple[Complex, ...], order: int, scale: float) -> float:
+    """Return the error bound of derivative `order` over theta; series: of all phases, every second and every fourth."""
+    now, before, earlier = series
+    highest = len(now) - 1
+    points, n = points_for(highest), 2.0 * math.pi * np.arange(1, highest + 1)
+    many = highest >= MANY and len(height) > SEEN_WELL * highest
+    last = float(np.max(np.abs(curves(now - before, order, points))))
+    previous = float(np.max(np.abs(curves(before - earlier, order, points))))
+    together = 2.0 * math.sqrt(float(np.sum(n ** (2 * order))))
+    folded = _folded(height, highest), _folded(height[::2], highest)
+    parts = (last, previous, together * folded[0], together * folded[1])
+    error = max(weight * part for weight, part in zip(SURE_OF_MANY if many else SURE, parts, strict=True))
+    error = max(error, MISSING * _missing(height, highest, order))
+    return error + _unseen(height, highest, order, scale)
 
 
 def _folded(height: Array, highest: int) -> float:

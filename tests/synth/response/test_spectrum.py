@@ -88,6 +88,19 @@ def test_slopes_are_the_differences_over_the_load(load: float) -> None:
     assert np.max(np.abs(difference[1:])) > 1e-4 * scale or contact.closed(load) is not None
 
 
+@pytest.mark.parametrize("load", [0.05, 0.3])
+def test_a_slower_scan_keeps_the_error_that_is_told(load: float) -> None:
+    """At a part of the own speed more harmonics are in the band, and a derivative is as much smaller."""
+    contact, own, most = contact_of(scene_of()), 12, 96
+    series = solve_spectrum(contact, load, Demand(own, ORDERS, 1e-3, slower=most))
+    truth = brute(contact, load, most, 1 << 13)
+    for order, told in zip(ORDERS, series.errors, strict=True):
+        extent = distance(series.harmonics, truth[: own + 1], order)[1]
+        for speed in np.geomspace(own / most, 1.0, 25):
+            error = speed**order * distance(series.harmonics, truth[: int(own / speed) + 1], order)[0]
+            assert error / extent <= told <= 1e-3
+
+
 def test_harmonics_beyond_the_demand_are_kept_when_asked_for() -> None:
     contact = contact_of(scene_of())
     series = solve_spectrum(contact, 0.3, Demand(20, (0,), 1e-4), keep=60)
