@@ -10,6 +10,7 @@ Model   y = g(w) (z(p / lambda2, w) - mean of z over a period at w) is solved at
 
         This is done chunk by chunk, with margins on both sides that are longer than the filter's ringing. The mean
         over a period is a spline over w^(1/3), because it is smooth in w^(1/3).
+        Neighbouring chunks share the solutions of their margins.
         Number of solutions: the folded error of n solutions per period is that of a steady series of n phases. At some
         loads of the scan, the series is solved to find how many phases the tolerance requires. The solutions per second
         are this number times the largest speed in periods per second. Where the load changes quickly there are more
@@ -36,8 +37,9 @@ from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.motion.motion import LOAD, Motion
 from synth.motion.scan_motion import ScanMotion
-from synth.plan.landing import solved_again, windows
+from synth.plan.landing import low_pass, solved_again, windows
 from synth.response.band_edge import edge_of
+from synth.response.lift_gate import gates
 from synth.response.mean_approach import Mean
 from synth.response.spectrum import Demand, Spectrum, curves, points_for, solve_spectrum
 from synth.scene.scene import Scene
@@ -128,7 +130,7 @@ def plan_frames(
     rate = scene.output.sample_rate / stride_of(scale)
     fastest = motion.fastest() / contact.geometry.texture_period  # periods per second
     if not varies and not solved:  # the series that is read ends with the harmonics of the demand, so that none fold
-        count = math.ceil((demand.highest * fastest + scene.output.band_limit) / rate)
+        count = math.ceil((demand.total * fastest + scene.output.band_limit) / rate)
         errors = series[0].errors
     else:
         count = max(1, math.ceil(phases * fastest / rate))
@@ -219,22 +221,25 @@ class FrameSolver:
         self._frames = ScanMotion(scene, rate, whole=whole)
         self._margin = _multiple(math.ceil(margin / scale), stride)
         room = min(TOGETHER * stride // count - 2 * self._margin, longest)
-        self.chunk = _multiple(max(2 * self._margin, min(room, max(CHUNK, 4 * self._margin))), stride)
+        self._parts = max(2, min(room, max(CHUNK, 4 * self._margin)) // self._margin)
+        self.chunk = self._parts * self._margin
         self._mean = mean
+        self._shared: dict[int, Array] = {}  # the parts that the last solved chunk shares with the next one
 
     @property
     def memory_bytes(self) -> int:
-        """Working memory of a chunk, in bytes."""
-        return 8 * 12 * self.solutions
+        """Working memory of a chunk with its margins, in bytes."""
+        return 8 * 12 * (self._parts + 2) * self._steps
 
     @property
     def solutions(self) -> int:
-        """Number of solutions of a chunk, with its margins."""
-        return (self.chunk + 2 * self._margin) // self._stride * self._count
+        """Number of solutions of a chunk that follows the one before."""
+        return self._parts * self._steps
 
     def touching(self, number: int) -> int:
-        """Return how many usual solutions of chunk `number` are solved: those at which the finger touches."""
-        return int(np.count_nonzero(self._along(number).samples[LOAD] > 0.0))
+        """Return how many usual solutions a chunk takes by itself: those at which the finger touches."""
+        along = self._motion.at(self._first(number), (self._parts + 2) * self._steps)
+        return int(np.count_nonzero(along.samples[LOAD] > 0.0))
 
     def solved(self, number: int, orders: tuple[int, ...]) -> Array:
         """Return the frames of chunk `number`: the time derivative of each of `orders`, SI, float64 [orders, chunk].
@@ -245,23 +250,55 @@ class FrameSolver:
 
     def solved_with_error(self, number: int, orders: tuple[int, ...]) -> tuple[Array, Array]:
         """Return the frames as `solved` does, and the error (SI) of each of `landings` by the landings of the chunk."""
-        motion = self._along(number)
-        rows, left = self._gated(motion), np.zeros(len(self._landings))
-        if self._finer > 1:
-            seconds, top = self._stride / (self._rate * self._count), REMOVED * self._scale * self._stride / self._count
-            parts = windows(motion.samples[LOAD], seconds, 2)
-            first, known = self._first(number), tuple(self._landings)
+        rows, left, _landed = self._landed(number)
+        return self._quantities(rows, orders) * self._touching(number), left
 
-            def again(begin: int, count: int, finer: int) -> Array:
-                return self._gated(self._motion_of(finer).at(first * finer + begin, count))
+    def folded(self, number: int, orders: tuple[int, ...]) -> tuple[Array, Array, Array]:
+        """Return the frames of a chunk from half of its solutions, and the error (SI) of each order that this leaves.
 
-            def quantities(some: Array) -> Array:
-                return self._quantities(some, known)
+        The first error is the change by the other half, the second that of the landings. In a landing both have the
+        same solutions, since there are as many as it requires. The count must be even.
+        """
+        rows, left, landed = self._landed(number)
+        weights = low_pass(2, 2.0 * self._top)
+        windowed = np.lib.stride_tricks.sliding_window_view(rows, len(weights), axis=1)[:, ::2]
+        half, first = rows[:, ::2].copy(), len(weights) // 4
+        inner = half[:, first : first + windowed.shape[1]]
+        inner[:] = np.where(landed[::2][first : first + windowed.shape[1]], windowed @ weights, inner)
+        few, many = (self._quantities(some, orders) * self._touching(number) for some in (half, rows))
+        return few, np.max(np.abs(many - few), axis=1), left
 
-            allowed = np.array(list(self._landings.values()))
-            rows, left = solved_again(rows, parts, again, quantities, allowed, top, self._finer)
-        touching = self._frames.at(number * self.chunk, self.chunk).samples[LOAD] > 0.0
-        return self._quantities(rows, orders) * touching, left
+    def _touching(self, number: int) -> Array:
+        """Return whether the finger touches, at each frame of a chunk."""
+        return np.asarray(self._frames.at(number * self.chunk, self.chunk).samples[LOAD] > 0.0)
+
+    @property
+    def _top(self) -> float:
+        """Highest frequency that counts, cycles per usual step."""
+        return REMOVED * self._scale * self._stride / self._count
+
+    def _landed(self, number: int) -> tuple[Array, Array, Array]:
+        """Return the rows of `_gated` at the usual steps of a chunk with its margins, solved again in its landings.
+
+        The error (SI) of each of `landings` follows, and where landings are [steps].
+        """
+        *rows, loads = self._solutions(number)
+        found, left, landed = np.array(rows), np.zeros(len(self._landings)), np.zeros(len(loads), bool)
+        if self._finer == 1:
+            return found, left, landed
+        parts = windows(loads, self._stride / (self._rate * self._count), 2)
+        for first, last in parts:
+            landed[first : last + 1] = True
+        begin, known = self._first(number), tuple(self._landings)
+
+        def again(first: int, count: int, finer: int) -> Array:
+            return self._gated(self._motion_of(finer).at(begin * finer + first, count))
+
+        def quantities(some: Array) -> Array:
+            return self._quantities(some, known)
+
+        allowed = np.array(list(self._landings.values()))
+        return *solved_again(found, parts, again, quantities, allowed, self._top, self._finer), landed
 
     def _quantities(self, rows: Array, orders: tuple[int, ...]) -> Array:
         """Return each of `orders` at the frames of a chunk, SI; rows: of `_gated`."""
@@ -276,9 +313,28 @@ class FrameSolver:
         """Return the first usual step of chunk `number`, with its margins."""
         return (number * self.chunk - self._margin) // self._stride * self._count
 
-    def _along(self, number: int) -> Motion:
-        """Return the motion at the usual solutions of chunk `number`."""
-        return self._motion.at(self._first(number), self.solutions)
+    @property
+    def _steps(self) -> int:
+        """Usual steps of a part, which is as long as a margin."""
+        return self._margin // self._stride * self._count
+
+    def _solutions(self, number: int) -> Array:
+        """Return both rows of `_gated`, and the load (N), at the usual steps of a chunk with its margins [3, steps].
+
+        It is solved part by part, so that a chunk need not solve again what it shares with the one before, and is the
+        same in any order.
+        """
+        first = number * self._parts - 1
+        parts = {one: self._part(one) for one in range(first, first + self._parts + 2)}
+        self._shared = {one: parts[one] for one in (first + self._parts, first + self._parts + 1)}
+        return np.concatenate(list(parts.values()), axis=1)
+
+    def _part(self, number: int) -> Array:
+        """Return the rows of `_solutions` of one part."""
+        if number in self._shared:
+            return self._shared[number]
+        motion = self._motion.at(number * self._steps, self._steps)
+        return np.vstack([self._gated(motion), motion.samples[LOAD]])
 
     def _motion_of(self, finer: int) -> ScanMotion:
         """Return the motion at `finer` times the usual steps."""
@@ -294,8 +350,7 @@ class FrameSolver:
             some = loads[touching]
             along = (path[:, touching],) if path.size else ()
             height = self._heights(theta[touching], some, *along)
-            s = np.minimum(some / self._scan.lift_load, 1.0)
-            faded, mean = s**3 * (10.0 + s * (6.0 * s - 15.0)), self._mean(np.cbrt(some))
+            faded, mean = gates(some, self._scan.lift_load), self._mean(np.cbrt(some))
             rows[:, touching] = faded * (height - mean), faded * mean
         return rows
 
@@ -314,7 +369,7 @@ class FrameSolver:
         gain = 0.5 * erfc((cycles - half) / width)
         spectrum *= gain * (2j * math.pi * self._rate * cycles) ** order
         found = np.fft.irfft(spectrum, frames)
-        rise *= self._count / self._stride  # per frame
+        rise *= len(value) / frames
         if order == 0:
             found += value[0] + rise * np.arange(frames)
         elif order == 1:

@@ -1,8 +1,8 @@
 """The peaks of each quantity along a scan's own motion, and the mean of z that displacement leaves out.
 
 Stage   2, used by `preparation`.
-Model   Pieces of a recording whose load varies are solved with the planned steps and with twice as many. The change is
-        the folded error. While it exceeds its share of the tolerance, there are more steps.
+Model   Pieces of a recording whose load varies are solved with twice the planned steps. The change when every second
+        is left out is the folded error. While it exceeds its share of the tolerance, there are more steps.
         Where the peaks along the motion are not those of the steady scan, `motion_peak` finds them. On a long surface
         the peaks of displacement and approach are those at PLACES places.
 Source  design, section 4.
@@ -26,7 +26,7 @@ from synth.plan.direct_plan import PLACES as AREA_PLACES
 from synth.plan.frame_solver import FALL, PATIENCE, WITH_MEAN, FramePlan, FrameSolver
 from synth.plan.landing import MOST_FINER, pieces
 from synth.plan.motion_peak import NEAR_MARGIN, differs_from_cruise, peaks_along
-from synth.plan.request import Request, harmonics_in_band
+from synth.plan.request import harmonics_in_band
 from synth.response.mean_approach import Mean, mean_curve, mean_over_area
 from synth.response.series_curve import SeriesCurve
 from synth.scene.scene import Scene
@@ -34,7 +34,7 @@ from synth.surfaces.height_field import HeightField
 
 MEAN_SHARE = 50.0  # times the tolerance: the costly mean on a line over an area, whose error is then a twentieth of it
 OF_ACCELERATION = 0.03  # least part of the tolerance that the mean keeps for it: a load may pass its knots quickly
-OF_LINES = 50.0  # that part, times the square of the band in lines of the texture: what is heard of a knot at most
+OF_BAND = 50.0  # that part, over the mean square of the frequencies of acceleration in bands: a knot reaches the band
 PIECE_SHARE = 0.15  # of the tolerance, for the folded error of pieces, and as much for what a landing leaves
 ROUNDS = 6  # most increases of the number of steps
 OVER_CHANGE = 1.5  # error over the change by twice as many steps: up to 1.34 was seen (`landing`)
@@ -83,15 +83,15 @@ def with_pieces(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mea
     places, share = pieces(scene), PIECE_SHARE * tolerance
     room = max(2.0, PATIENCE / (plan.work * scene.output.duration))  # times the planned solutions
 
-    def solved(count: int, allowed: Array) -> tuple[Array, Array]:
-        """Return the frames of the pieces, and the error that is left of their landings, SI."""
+    def solved(count: int, allowed: Array) -> tuple[Array, Array, Array]:
+        """Return the frames of the pieces, their folded errors, and the errors that are left of their landings, SI."""
         solver = FrameSolver(
-            contact.heights, scene, mean, rate, count=count, stride=plan.stride, scale=plan.scale, longest=0,
+            contact.heights, scene, mean, rate, count=2 * count, stride=plan.stride, scale=plan.scale, longest=0,
             margin=NEAR_MARGIN, landings=dict(zip(orders, allowed.tolist(), strict=True)), finer=finer,
         )  # fmt: skip
         numbers = sorted({math.floor(place * rate / solver.chunk) for place in places})
-        found = [solver.solved_with_error(number, orders) for number in numbers]
-        return np.concatenate([frames for frames, _left in found], axis=1), np.max([left for _, left in found], axis=0)
+        frames, folded, left = zip(*(solver.folded(number, orders) for number in numbers), strict=True)
+        return np.concatenate(frames, axis=1), np.max(folded, axis=0), np.max(left, axis=0)
 
     finer, count = min(MOST_FINER, math.floor(room)), plan.count
     extents = np.array([extent_and_peak(steady.series(order))[0] for order in orders])
@@ -105,8 +105,8 @@ def with_pieces(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mea
         extents = own
     allowed = share * extents
     for _round in range(ROUNDS):
-        few, left = solved(count, allowed)
-        folded = OVER_CHANGE * np.max(np.abs(solved(2 * count, allowed)[0] - few), axis=1)
+        _frames, changed, left = solved(count, allowed)
+        folded = OVER_CHANGE * changed
         excess = float(np.max(folded / allowed))
         if excess <= 1.0 or 2 * count > room * plan.count:
             break
@@ -117,16 +117,20 @@ def with_pieces(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mea
     ).with_errors(more)
 
 
-def own_mean(asked: Request, contact: Any, tolerance: float) -> Mean:
+def own_mean(asked: SteadyScan, contact: Any, tolerance: float) -> Mean:
     """Return the mean of z that the displacement of the request leaves out; `tolerance` is that of the scene."""
+    loads, load, lift = asked.loads, pressed(asked.scene), asked.scene.scan.lift_load
     if over_area(asked):
-        return mean_over_area(contact, asked.loads, pressed(asked.scene), AREA_MEAN_TOLERANCE, AREA_PLACES, AREA_MEANS)
+        return mean_over_area(contact, loads, load, AREA_MEAN_TOLERANCE, AREA_PLACES, AREA_MEANS, lift)
     if isinstance(contact.geometry.profile, HeightField):
         tolerance = min(max(MEAN_SHARE * tolerance, MEAN_TOLERANCE), AREA_MEAN_TOLERANCE)
-        return mean_curve(contact, asked.loads, pressed(asked.scene), tolerance, AREA_PLACES, AREA_MEANS)
-    lines = asked.scene.output.band_limit / max(abs(asked.turns), 1e-9)
-    part = min(max(OF_LINES / lines**2, OF_ACCELERATION), 1.0) if 2 in asked.orders else 1.0
-    return mean_curve(contact, asked.loads, pressed(asked.scene), part * tolerance)
+        return mean_curve(contact, loads, load, tolerance, AREA_PLACES, AREA_MEANS, lift)
+    part = 1.0
+    if 2 in asked.orders:
+        moved, pulled = (extent_and_peak(asked.series(order))[0] for order in (0, 2))
+        highest = moved * (2.0 * math.pi * asked.scene.output.band_limit) ** 2
+        part = min(max(OF_BAND * pulled / max(highest, 1e-300), OF_ACCELERATION), 1.0)
+    return mean_curve(contact, loads, load, part * tolerance, lift=lift)
 
 
 def has_approach(scene: Scene) -> bool:

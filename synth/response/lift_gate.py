@@ -6,6 +6,9 @@ Source  design, section 4.
 
 from __future__ import annotations
 
+import numpy as np
+
+from synth.arrays import Array
 from synth.kernels import kernel
 
 
@@ -14,3 +17,9 @@ def gate(load, lift):
     """Return the gain, 0 to 1, at `load` (N); `lift` is lift_load (N)."""
     s = min(max(load / lift, 0.0), 1.0)
     return s * s * s * (10.0 + s * (6.0 * s - 15.0))
+
+
+def gates(loads: Array, lift: float) -> Array:
+    """Return the gain at each of `loads` (N), as `gate` does."""
+    s = np.clip(loads / lift, 0.0, 1.0)
+    return np.asarray(s**3 * (10.0 + s * (6.0 * s - 15.0)))

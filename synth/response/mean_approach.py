@@ -2,7 +2,8 @@
 
 Model   A cubic spline over the cube root of the load, over which the mean is smooth except for kinks. Intervals are
         halved where the spline misses the mean halfway.
-Limits  The error halfway between the loads is within MEAN_ERROR of the tolerance, from no load to the heaviest.
+Limits  The error halfway between the loads, after the lift gate, is within MEAN_ERROR of the tolerance, from no load to
+        the heaviest.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
+from synth.response.lift_gate import gates
 from synth.surfaces.height_field import HeightField
 
 if TYPE_CHECKING:
@@ -40,19 +42,21 @@ def mean_curve(
     tolerance: float,
     places: int = MEAN_PHASES,
     fewest: int = FEWEST_MEANS,
+    lift: float = 0.0,
 ) -> Mean:
     """Return the mean of z over a period (m) as a function of w^(1/3), from no load to the heavier of `loads` (N).
 
     load: N; `tolerance` is relative to the peak-to-peak of z at this load.
     places: number of places of a period over which z is averaged.
     fewest: least number of loads at which it is solved, before intervals are halved.
+    lift: load (N) below which the lift gate fades the output, and so the error of the mean; 0: at no load.
     """
 
     def heights(phases: Array, w: float) -> Array:
         return contact.heights(phases, np.full(len(phases), w)) if w > 0.0 else contact.approach(phases, 0.0)[0]
 
     lightest = loads[0] if loads[0] == loads[1] else 0.0
-    return mean_of(heights, (lightest, loads[1]), load, tolerance, places, fewest)
+    return mean_of(heights, (lightest, loads[1]), load, tolerance, places, fewest, lift)
 
 
 def mean_over_area(
@@ -62,6 +66,7 @@ def mean_over_area(
     tolerance: float,
     places: int = MEAN_PHASES,
     fewest: int = FEWEST_MEANS,
+    lift: float = 0.0,
 ) -> Mean:
     """Return the mean of z over both periods of a height field, at the direction of the line of `contact`.
 
@@ -76,7 +81,9 @@ def mean_over_area(
         path[0], path[1] = GOLDEN * np.arange(len(phases)) % 1.0 * across, contact.line.direction
         return contact.heights(phases, np.full(len(phases), max(w, NO_LOAD)), path)
 
-    return mean_of(heights, (loads[0] if loads[0] == loads[1] else 0.0, loads[1]), load, tolerance, places, fewest)
+    return mean_of(
+        heights, (loads[0] if loads[0] == loads[1] else 0.0, loads[1]), load, tolerance, places, fewest, lift
+    )
 
 
 def mean_of(
@@ -86,6 +93,7 @@ def mean_of(
     tolerance: float,
     places: int = MEAN_PHASES,
     fewest: int = FEWEST_MEANS,
+    lift: float = 0.0,
 ) -> Mean:
     """Return the mean of `heights` as `mean_curve` does, between two loads (N). Below these it is constant."""
     from scipy.interpolate import CubicSpline
@@ -105,7 +113,8 @@ def mean_of(
     while len(halved) and len(roots) < MOST_MEANS:
         between = 0.5 * (roots[halved] + roots[halved + 1])
         more = means(between)
-        missed = np.abs(CubicSpline(roots, values)(between) - more)
+        heard = gates(between**3, lift) if lift else 1.0
+        missed = heard * np.abs(CubicSpline(roots, values)(between) - more)
         roots, values = np.insert(roots, halved + 1, between), np.insert(values, halved + 1, more)
         wide = between - roots[halved + np.arange(len(halved))] > NARROWEST * most
         halves = (halved + np.arange(len(halved)))[wide & (missed > SPLINE_GAIN * allowed)]

@@ -32,7 +32,7 @@ class SolvedFrames:
         self.solved, self.plan = solved, plan
         rate, mean = solved.scene.output.sample_rate, solved.mean
         if mean is None:
-            mean = own_mean(solved, solved.contact, solved.tolerance)
+            mean = own_mean(solved.steady, solved.contact, solved.tolerance)
         if heights is None and (solved.load_varies or solved.stretch is not None or over_area(solved)):
             heights = solved.whole.heights
         elif heights is None:

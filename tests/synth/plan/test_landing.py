@@ -111,6 +111,28 @@ def test_frames_away_from_landings_do_not_pay_for_them() -> None:
     assert sum(solutions) < 4.0 * solver.solutions * len(chunks)
 
 
+def test_neighbouring_chunks_solve_their_margins_once_and_render_the_same_in_any_order() -> None:
+    solved, solutions = planned(FINGERTIP, {}, 0.1, NARROW, 1e-2), []
+    plan, contact = solved.frames, solved.whole
+    assert plan is not None and solved.mean is not None
+
+    def heights(phases: Any, loads: Any) -> Any:
+        solutions.append(len(phases))
+        return contact.heights(phases, loads)
+
+    def solver() -> FrameSolver:
+        return FrameSolver(
+            heights, solved.scene, solved.mean, 4000, count=plan.count, scale=plan.scale, stride=plan.stride, longest=0
+        )
+
+    one, other = solver(), solver()
+    forwards = [one.solved(number, (0, 1, 2)) for number in range(6)]
+    touching = sum(solutions)
+    assert touching <= (6 + 1) * one.solutions  # a chunk is twice as long as a margin: both outer margins are another
+    backwards = [other.solved(number, (0, 1, 2)) for number in reversed(range(6))]
+    assert all(np.array_equal(a, b) for a, b in zip(forwards, reversed(backwards), strict=True))
+
+
 @pytest.mark.parametrize("top", [0.03, 0.1225, 0.25])
 @pytest.mark.parametrize("finer", [2, 8, 64])
 def test_the_low_pass_keeps_the_band_and_removes_what_would_fold_into_it(finer: int, top: float) -> None:

@@ -162,13 +162,13 @@ def test_a_hand_takes_over_where_the_recording_stands() -> None:
 def test_many_solutions_a_frame_are_made_in_small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Working memory is limited to 2 million solutions, or to the margins of the filter where those are more."""
     frames, _scene = steady(2.0, 1500)
-    assert frames.chunk == 2**21 // 1500 - 2 * 280
+    assert 0 <= 2**21 // 1500 - 2 * 280 - frames.chunk < 280
     assert frames.memory_bytes < 210e6
     whole, _scene = steady(2.0, 64)
-    assert whole.chunk == 4096
+    assert 0 <= 4096 - whole.chunk < 280
     monkeypatch.setattr(frame_solver, "TOGETHER", 2**17)  # solved quickly
     small, _scene = steady(2.0, 64)
-    assert small.chunk == 2**17 // 64 - 2 * 280
+    assert 0 <= 2**17 // 64 - 2 * 280 - small.chunk < 280
     out, long = np.empty((1000, 3), np.float32), np.empty((1000, 3), np.float32)
     small.read(0, out)
     whole.read(0, long)
