@@ -11,7 +11,7 @@ from synth.contact import area_contact
 from synth.contact.area_contact import CombOnArea, beside_edge
 from synth.contact.fingertip import FingertipContact
 from synth.contact.scene_contact import contact_of
-from synth.plan import preparation, scene_table
+from synth.plan import contact_choice, scene_table
 from synth.plan.frame_solver import solution_nanoseconds
 from synth.plan.preparation import prepare
 from synth.plan.scene_table import in_time
@@ -194,7 +194,9 @@ def test_an_error_of_cells_beyond_the_tolerance_is_warned_of(
     points = [[0.0, 0.0, 0.2], [0.02, 1e-3, 0.3], [0.04, 2e-3, 0.2], [0.06, 3e-3, 0.3]]
     scan, finger = {"trajectory": points}, {"contact_length": "2.3 mm"}
     document = {"finger": finger, "texture": {"kind": "dots"}, "scan": scan, "effects": effects}
-    monkeypatch.setattr(preparation, "cells_along_path", lambda _asked, contact, _tolerance: (contact, np.full(3, 0.5)))
+    monkeypatch.setattr(
+        contact_choice, "cells_along_path", lambda _asked, contact, _tolerance: (contact, np.full(3, 0.5))
+    )
     solved = prepare(parse_scene({**document, "accuracy": {"tolerance": 0.02}}), ResponseCache())
     assert solved.simulated == bool(effects) and solved.channels[0].error >= 0.5
     assert any(text.startswith("The error of the acceleration") and " 0.5" in text for text in solved.warnings)
