@@ -24,8 +24,9 @@ from synth.arrays import Array
 from synth.kernels import signed_kernel, summing
 
 LONGEST = 1024  # frames on one side of a frame, behind a hand and where blocks have deadlines
-MOST_TAPS = 1 << 14  # steps on one side of a frame in a file, if these are more frames: 10 us per frame
+MOST_TAPS = 1 << 16  # steps on one side of a frame in a file, if these are more frames: 40 us per frame
 SPARE = 3.0  # dB added to the requested attenuation: Kaiser's fit is up to 2 dB short
+LOOKS = 200  # frequencies at which the gain of a filter that is too short is looked at
 REACH = 12  # steps on each side of a difference: its error is 1e-7 at 0.225 of the step rate, less below
 
 
@@ -37,7 +38,8 @@ class Decimator:
     orders: order k of the derivative in each other row of `taps`.
     margin: frames on each side of a frame.
     steps: steps per frame.
-    droop: error of the gain at the end of the pass band; 0 where `band_edge` gives the gain.
+    droop: error of the gain at the end of the pass band; where `band_edge` gives the gain, what a filter that is too
+        short for it misses.
     """
 
     taps: Array
@@ -85,8 +87,9 @@ class Decimator:
         beta = 0.1102 * (asked - 8.7)  # Kaiser's fit, for 50 dB and more
         window = np.exp(-((math.pi * width * before) ** 2)) if width else np.kaiser(len(before), beta)
         lows = [np.sinc((passing + stopping) * (before + one / steps)) * window for one in (0.0, late)]
-        droop = abs(1.0 - float(lows[0] @ np.cos(2.0 * math.pi * passing * before) / np.sum(lows[0])))
-        droop = 0.0 if width else droop
+        droop = abs(1.0 - _gain(lows[0], passing * before))
+        if width:  # then `band_edge` is the gain
+            droop = 0.0 if margin > reach else _missed(lows[0], before, 0.5 * (passing + stopping), width)
         if of_mass:
             lows = [_made_up(low, math.pi * min(1.2 * stopping / steps, 0.5)) for low in lows]
         low, shifted = (one / np.sum(one) for one in lows)
@@ -116,6 +119,21 @@ class Decimator:
 def narrowest(attenuation: float) -> float:
     """Return the narrowest transition of Kaiser's window over LONGEST frames, as a part of the rate."""
     return (attenuation + SPARE - 8.0) / (2.285 * 2.0 * math.pi * 2.0 * (LONGEST - 1))
+
+
+def _gain(taps: Array, turns: Array) -> float:
+    """Return the gain of even taps at a frequency of which each tap sees `turns`."""
+    return float(taps @ np.cos(2.0 * math.pi * turns) / np.sum(taps))
+
+
+def _missed(taps: Array, before: Array, half: float, width: float) -> float:
+    """Return the largest difference between the gain of even taps and that of `band_edge`.
+
+    before: time of each tap, in frames.
+    half, width: of the edge, as parts of the rate.
+    """
+    places = np.linspace(0.75, 1.15, LOOKS) * half  # it misses most beside the edge
+    return max(abs(_gain(taps, one * before) - 0.5 * math.erfc((one - half) / width)) for one in places.tolist())
 
 
 def _made_up(taps: Array, highest: float) -> Array:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.special import erfc
 
 import ridgewave
 from synth import Motion, parse_scene
@@ -23,6 +24,8 @@ from synth.effects.simulation.running import (
 )
 from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, SLOPE_FORCE, Phases
 from synth.motion.scan_motion import LIFT_TIME
+from synth.response.band_edge import WHOLE_TO, edge_of
+from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
 
 RATE, STEPS = 8000, 4
@@ -191,6 +194,21 @@ def test_the_gain_at_the_end_of_a_narrow_band_is_told(live: bool, least: float, 
         gain = max(gain, abs(found[0] - 1.0))
     assert gain <= filters.droop + 1e-4
     assert least <= filters.droop <= most
+
+
+@pytest.mark.parametrize(("band", "steps", "most"), [(1000.0, 2, 2e-5), (1000.0, 32, 1e-3), (100.0, 16, 1.0)])
+def test_a_filter_of_a_file_has_the_edge_that_others_have_or_tells_what_it_misses(
+    band: float, steps: int, most: float
+) -> None:
+    rate, attenuation = 48000, 80.0
+    half, width = edge_of(band / rate / BAND)
+    kept = WHOLE_TO * band / rate
+    made = Decimator.of((0,), rate, steps, (kept, 2.0 * half - kept), attenuation, width=width, live=False)
+    places = np.linspace(0.0, 1.1 * band / rate, 45)
+    times = np.arange(-made.margin * steps, made.margin * steps + 1) / steps
+    gains = np.array([made.taps[0] @ np.cos(2.0 * np.pi * place * times) for place in places])
+    missed = float(np.max(np.abs(gains - 0.5 * erfc((places - half) / width))))
+    assert missed <= min(most, 1.05 * made.droop + 2e-5), f"{missed:.2e}, told {made.droop:.2e}"
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
