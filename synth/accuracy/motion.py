@@ -108,7 +108,7 @@ class MotionCase:
     def prepared(self) -> tuple[Preparation, float]:
         """The scene with the mean that displacement leaves out, and the time (s) that this mean takes."""
         began = clock()
-        mean = own_mean(self.solved, self.contact, self.solved.tolerance)
+        mean = own_mean(self.solved.steady, self.contact, self.solved.tolerance)
         return replace(self.solved, mean=self.solved.mean or mean), clock() - began
 
     @cached_property

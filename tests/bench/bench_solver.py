@@ -38,10 +38,11 @@ def baseline(contact: Contact, load: float, points: float, exact: float, repeats
     """Return the `exact` us per phase in thousandths of the baseline's time, and the error of the baseline."""
     rule = Trapezoid(contact, load, points)
     phases = (np.arange(BASELINE_PHASES) + 0.5) / BASELINE_PHASES
+    targets = np.full(len(phases), contact.indentation(load))
     height, _slope = contact.approach(phases, load)
     extent = np.ptp(contact.approach(np.arange(512) / 512, load)[0])
-    error = float(np.max(np.abs(rule.solved(phases) - height)) / extent)
-    took = repeated(lambda: rule.solved(phases), repeats)
+    error = float(np.max(np.abs(rule.solved(phases, targets) - height)) / extent)
+    took = repeated(lambda: rule.solved(phases, targets), repeats)
     a_phase = 1e6 * statistics.median(took) / BASELINE_PHASES
     how = f"brentq, {points:g} points per ridge, error {error:.1e}, {a_phase:.4g} us per phase, median of {repeats}"
     parts = [exact / (1e6 * one / BASELINE_PHASES) for one in took]

@@ -97,7 +97,7 @@ class AreaPoints:
 
     def skin(self, path: Path, times: Real, load: float, tau: float) -> Real:
         """Return z (m) of viscous skin at `times` (s), relaxed at the first."""
-        return self.skin_with_forces(path, times, load, tau)[0]
+        return np.asarray(self.skin_with_forces(path, times, load, tau)[0])
 
     def skin_with_forces(self, path: Path, times: Real, load: float, tau: float) -> Real:
         """Return z (m), and minus the sum of pressure times slope along x and y (N), as `skin` does [3, times]."""

@@ -213,13 +213,13 @@ def test_the_plan_is_made_when_it_is_read_and_a_sound_can_be_pickled(monkeypatch
     import synth.plan.plan as module
 
     made: list[object] = []
-    true = module._response
+    true = module.response_document
 
     def counted(solved: Any) -> Any:
         made.append(solved)
         return true(solved)
 
-    monkeypatch.setattr(module, "_response", counted)
+    monkeypatch.setattr(module, "response_document", counted)
     sound = rw.render(SCENES["plain"])
     assert not made
     assert sound.plan is not None and sound.plan is sound.plan and len(made) == 1
