@@ -210,8 +210,9 @@ def test_a_series_has_one_scale() -> None:
 
 
 def test_the_plan_is_made_when_it_is_read_and_a_sound_can_be_pickled(monkeypatch: pytest.MonkeyPatch) -> None:
-    import synth.plan.plan as module
+    import synth.plan.plan as plan_module
 
+    module: Any = plan_module
     made: list[object] = []
     true = module.response_document
 
