@@ -25,6 +25,7 @@ STAGES: tuple[tuple[str, ...], ...] = (
     ("contact", "contact.*"),
     ("response", "response.*"),
     ("motion", "motion.*"),
+    ("sampling", "sampling.*"),
     ("perception", "perception.*"),
     ("effects", "effects.effect", "effects.simulation", "effects.simulation.*"),
     ("plan", "plan.*"),

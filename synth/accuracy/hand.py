@@ -24,9 +24,9 @@ from synth.accuracy.motion_methods import RATIOS, read_live, table_methods, tabl
 from synth.motion.recorded_motion import CLOSE_ENDS
 from synth.plan.direct_plan import DirectPlan, direct_plan
 from synth.plan.preparation import Preparation
-from synth.response.direct_reader import DirectReader
 from synth.response.table_reader import TableReader
 from synth.response_cache import ResponseCache
+from synth.sampling.direct_reader import DirectReader
 from synth.scene.scene import Scene
 from synth.voice.table_reading import TableChannels, reader_of
 

@@ -29,7 +29,6 @@ from synth.arrays import Array, Block
 from synth.contact.load_balance import Contact
 from synth.contact.profile_solver import SegmentGrid
 from synth.motion.motion import LOAD, SPEED, Motion
-from synth.plan.frame_solver import FrameSolver
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.scene_table import bounds_for, table_of_scene
 from synth.plan.stretch import stretch_of
@@ -41,6 +40,7 @@ from synth.response.spectrum import Complex, Demand, curves, harmonics_of
 from synth.response.table_making import TableBounds
 from synth.response.table_reader import TableReader
 from synth.response_cache import ResponseCache
+from synth.sampling.frame_solver import FrameSolver
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
 from synth.surfaces.height_field import HeightField

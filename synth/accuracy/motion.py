@@ -32,13 +32,14 @@ from synth.motion.motion import LOAD
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.channels import ChannelPlan
 from synth.plan.direct_plan import over_area
-from synth.plan.frame_solver import FALL, FEWEST, FramePlan, Heights, stride_of
-from synth.plan.landing import LOOK_RATE, LOOKS, pieces, windows
+from synth.plan.frame_plan import FALL, FEWEST, FramePlan, stride_of
 from synth.plan.own_motion import own_mean
 from synth.plan.preparation import Preparation
-from synth.response.band_filter import SOLUTIONS
 from synth.response.discretisation import fine_enough
 from synth.response.spectrum import Demand
+from synth.sampling.band_filter import SOLUTIONS
+from synth.sampling.frame_solver import Heights
+from synth.sampling.landing import LOOK_RATE, LOOKS, pieces, windows
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
 from synth.voice.solved_frames import SolvedFrames

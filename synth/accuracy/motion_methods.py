@@ -28,11 +28,12 @@ from synth.contact.finger_columns import COLUMNS
 from synth.contact.load_balance import Contact
 from synth.contact.profile_solver import SegmentGrid
 from synth.plan.direct_plan import over_area
-from synth.plan.frame_solver import FRAME_SETUP, Heights
+from synth.plan.frame_plan import FRAME_SETUP
 from synth.plan.scene_table import table_of_scene
 from synth.response.series_curve import SeriesCurve
 from synth.response.spectrum import harmonics_of
 from synth.response.table_reader import TableReader
+from synth.sampling.frame_solver import Heights
 from synth.surfaces.height_field import HeightField
 from synth.voice.table_reading import ChannelReader, ScanReader, TableChannels
 

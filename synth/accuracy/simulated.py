@@ -26,7 +26,6 @@ from synth.accuracy.motion import FINEST, REFERENCE_SECONDS, FrameReference, Mot
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.effects.effect import BalanceEffect
-from synth.effects.simulation.decimation import MOST_TAPS
 from synth.effects.simulation.running import RESPONSE, WHOLE, Running, Signal, Simulation
 from synth.effects.simulation.steps import Stepper
 from synth.effects.simulation.terms import Terms
@@ -36,6 +35,7 @@ from synth.plan.contact_steppers import point_stepper, table_stepper
 from synth.plan.effect_choice import SimulationCase
 from synth.plan.simulation_plan import SimulationPlan, refinement, resized
 from synth.response.lift_gate import gate
+from synth.sampling.decimation import MOST_TAPS
 
 RATIOS = (0.25, 0.5, 1.0, 2.0, 4.0)  # of the plan's steps
 FEWEST = 2  # steps per frame, which the filters need

@@ -36,10 +36,10 @@ from synth.plan.live_work import FEWER, least_solutions, predicted_work
 from synth.plan.request import HAND_LOADS, HAND_SPEEDS, Request, harmonics_in_band
 from synth.plan.scene_table import band_of, bounds_for, entry_of
 from synth.plan.swing import FOLD_POWER, Swing, changed_by, folded_errors, turning_errors
-from synth.response.band_filter import SOLUTIONS, band_filter
 from synth.response.mean_approach import Mean, MeanSpline, mean_curve, mean_over_area
 from synth.response.table_error import QUANTITIES
 from synth.response_cache import ResponseCache
+from synth.sampling.band_filter import SOLUTIONS, band_filter
 from synth.scene.scene import Scene
 from synth.surfaces import profile_of
 from synth.surfaces.height_field import HeightField

@@ -14,10 +14,10 @@ from functools import partial
 from synth.contact.load_balance import Contact
 from synth.contact.scene_contact import contact_of
 from synth.kept_files import json_form
-from synth.plan.frame_solver import solution_nanoseconds
+from synth.plan.frame_plan import solution_nanoseconds
 from synth.plan.scene_table import COARSER, band_of, entry_of
-from synth.response.band_filter import SOLUTIONS
 from synth.response_cache import ResponseCache
+from synth.sampling.band_filter import SOLUTIONS
 from synth.scene.scene import Scene
 from synth.surfaces.height_field import HeightField
 from synth.surfaces.profile import Profile

@@ -23,12 +23,13 @@ from synth.plan.channels import APPROACH, SteadyScan, extent_and_peak
 from synth.plan.direct_plan import AREA_MEAN_TOLERANCE, MEAN_TOLERANCE, over_area
 from synth.plan.direct_plan import MEANS as AREA_MEANS
 from synth.plan.direct_plan import PLACES as AREA_PLACES
-from synth.plan.frame_solver import FALL, PATIENCE, WITH_MEAN, FramePlan, FrameSolver
-from synth.plan.landing import MOST_FINER, pieces
+from synth.plan.frame_plan import FALL, PATIENCE, FramePlan
 from synth.plan.motion_peak import NEAR_MARGIN, differs_from_cruise, peaks_along
 from synth.plan.request import harmonics_in_band
 from synth.response.mean_approach import Mean, mean_curve, mean_over_area
 from synth.response.series_curve import SeriesCurve
+from synth.sampling.frame_solver import WITH_MEAN, FrameSolver
+from synth.sampling.landing import MOST_FINER, pieces
 from synth.scene.scene import Scene
 from synth.surfaces.height_field import HeightField
 

@@ -27,14 +27,14 @@ from synth.contact.load_balance import Contact
 from synth.kept_files import json_form
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.direct_plan import PATH_SLOPE, over_area
-from synth.plan.frame_solver import FramePlan, counted, solution_nanoseconds, stride_of
+from synth.plan.frame_plan import FramePlan, counted, solution_nanoseconds, stride_of
 from synth.plan.request import Request
 from synth.plan.scene_table import entry_of
 from synth.plan.swing import MORE_FOLDS, Swing, changed_by, relative, turning_errors
-from synth.response.band_filter import SOLUTIONS
 from synth.response.spectrum import DISCRETE_SHARE, FIRST_ORDER, Demand, changes, harmonics_of, points_for, remaining
 from synth.response.table_error import QUANTITIES
 from synth.response_cache import ResponseCache
+from synth.sampling.band_filter import SOLUTIONS
 
 if TYPE_CHECKING:
     from synth.contact.area_forces import ForceOverArea

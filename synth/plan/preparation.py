@@ -36,7 +36,7 @@ from synth.plan.direct_plan import (
 from synth.plan.effect_choice import LONGEST_WHOLE, SimulationCase, outputs_of
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, simulated_channel
-from synth.plan.frame_solver import FramePlan, plan_frames
+from synth.plan.frame_plan import FramePlan, plan_frames
 from synth.plan.level_warnings import level_of_effects, uncertain_level
 from synth.plan.motion_peak import differs_from_cruise
 from synth.plan.own_motion import has_approach, own_motion, pressed

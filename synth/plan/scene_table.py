@@ -26,7 +26,7 @@ from synth.errors import Fault, SceneError
 from synth.kept_files import FileEntry, FileForm
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.effects_preparation import shape_for
-from synth.plan.frame_solver import solution_nanoseconds
+from synth.plan.frame_plan import solution_nanoseconds
 from synth.plan.stretch import stretch_of
 from synth.response.reading_filter import ORDERS, reading_filter
 from synth.response.spectrum import Demand

@@ -27,14 +27,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from synth.effects.simulation.decimation import Decimator, narrowest
 from synth.effects.simulation.running import RESPONSE, Signal, Simulation
 from synth.effects.simulation.steps import Stepper
 from synth.effects.simulation.terms import ELASTIC, Terms
 from synth.plan.contact_steppers import point_stepper, slope_forces, table_stepper
 from synth.plan.effect_choice import SimulationCase, relative_change, stiffness_round
 from synth.plan.pilot_run import LONGEST_OWN, Pilot, run_own, run_pilot, started, steps_of_period, work_of
-from synth.response.band_edge import WHOLE_TO, edge_of
+from synth.sampling.band_edge import WHOLE_TO, edge_of
+from synth.sampling.decimation import Decimator, narrowest
 from synth.scene.output_section import BAND
 
 STEADY_BAND, MOVING_BAND = (0.40, 0.45), (0.35, 0.49)  # kept and removed band, as parts of the rate

@@ -21,16 +21,17 @@ from synth.arrays import Array, Block
 from synth.contact.area_forces import ForceOverArea
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.direct_plan import PATH_SLOPE, over_area
-from synth.plan.frame_solver import FramePlan, FrameSolver
+from synth.plan.frame_plan import FramePlan
 from synth.plan.own_motion import pressed
 from synth.plan.path_frames import BEGINS, SECONDS, SHORT, cells_along_path, path_frames
 from synth.plan.preparation import Preparation
 from synth.plan.request import HAND_SPEEDS
 from synth.plan.scene_table import band_of, bounds_for
 from synth.plan.swing import Swing, changed_by, folded_errors, turning_errors
-from synth.response.band_filter import SOLUTIONS
-from synth.response.direct_reader import DirectReader, direct_filters
 from synth.response.spectrum import Complex, curves, harmonics_of, points_for
+from synth.sampling.band_filter import SOLUTIONS
+from synth.sampling.direct_reader import DirectReader, direct_filters
+from synth.sampling.frame_solver import FrameSolver
 from synth.scene.output_section import BAND
 from synth.voice.table_reading import HandReader, ScanReader
 

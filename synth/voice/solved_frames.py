@@ -12,10 +12,11 @@ import numpy as np
 
 from synth.arrays import Block
 from synth.plan.direct_plan import over_area
-from synth.plan.frame_solver import WITH_MEAN, FramePlan, FrameSolver, Heights
+from synth.plan.frame_plan import FramePlan
 from synth.plan.own_motion import own_mean
 from synth.plan.preparation import Preparation
 from synth.response.series_curve import SMALLEST, SeriesCurve
+from synth.sampling.frame_solver import WITH_MEAN, FrameSolver, Heights
 
 
 class SolvedFrames:

@@ -19,10 +19,10 @@ from synth.arrays import Array, Block
 from synth.motion.motion import LOAD, NOWHERE, SPEED, Motion
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.preparation import Preparation
-from synth.response.direct_reader import DirectReader, direct_filters
 from synth.response.phases import phase_step, turns_to_phase
 from synth.response.reading_filter import LONGEST_STRIDE
 from synth.response.table_reader import TableReader
+from synth.sampling.direct_reader import DirectReader, direct_filters
 from synth.scene.scene import Scene
 
 

@@ -23,7 +23,6 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.effects.simulation.decimation import Decimator
 from synth.effects.simulation.periodic import PeriodicState
 from synth.effects.simulation.steps import (
     ACROSS_FORCE,
@@ -41,6 +40,7 @@ from synth.motion.motion import LOAD, LOAD_RATE, NO_PATH, SPEED, Motion
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
 from synth.response.lift_gate import gate
 from synth.response.phases import phase_step, phases_of, turns_to_phase
+from synth.sampling.decimation import Decimator
 from synth.scene.scene import Scene
 
 RESPONSE, SLOPE, PRESS, WHOLE, SLOPE_ACROSS = range(5)

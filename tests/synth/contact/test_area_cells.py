@@ -12,7 +12,7 @@ from synth.contact.area_contact import CombOnArea, beside_edge
 from synth.contact.fingertip import FingertipContact
 from synth.contact.scene_contact import contact_of
 from synth.plan import contact_choice, scene_table
-from synth.plan.frame_solver import solution_nanoseconds
+from synth.plan.frame_plan import solution_nanoseconds
 from synth.plan.preparation import prepare
 from synth.plan.scene_table import in_time
 from synth.response.spectrum import Demand, curves, harmonics_of, points_for, solve_spectrum

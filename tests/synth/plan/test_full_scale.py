@@ -200,7 +200,7 @@ def test_parts_that_differ_from_their_estimates_are_told(monkeypatch: pytest.Mon
 
 
 def test_a_recording_that_is_read_has_an_uncertain_level(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("synth.plan.frame_solver.PATIENCE", 0.0)
+    monkeypatch.setattr("synth.plan.frame_plan.PATIENCE", 0.0)
     scene = {"scan": {"trajectory": tracked(2e-3, 0.05, 0.1, 0.05, 1.3)}, "output": {"sample_rate": 8000}}
     assert any("level of the acceleration is uncertain" in one for one in peak_of(scene)[1])
     given = scene | {"output": {"sample_rate": 8000, "full_scale": 20}}

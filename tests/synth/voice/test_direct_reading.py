@@ -15,8 +15,8 @@ from synth.contact.stiffness import Stiffness
 from synth.motion.motion import Motion
 from synth.plan.preparation import prepare
 from synth.plan.usual_hand import prepare_hand
-from synth.response.direct_reader import DirectReader
 from synth.response_cache import ResponseCache
+from synth.sampling.direct_reader import DirectReader
 from synth.scene.scene import parse_scene
 from synth.surfaces import profile_of
 from synth.surfaces.surface_data import SurfaceData, remember

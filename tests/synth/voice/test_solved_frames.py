@@ -11,11 +11,11 @@ import pytest
 from scipy.special import erfc
 
 from synth.contact.scene_contact import contact_of
-from synth.plan import frame_solver
-from synth.plan.frame_solver import FramePlan
+from synth.plan.frame_plan import FramePlan
 from synth.plan.preparation import prepare
-from synth.response.band_edge import edge_of
 from synth.response.spectrum import Demand, solve_spectrum
+from synth.sampling import frame_solver
+from synth.sampling.band_edge import edge_of
 from synth.scene.scene import Scene
 from synth.voice.live_voice import LiveVoice
 from synth.voice.solved_frames import SolvedFrames

@@ -12,7 +12,6 @@ from scipy.special import erfc
 import ridgewave
 from synth import Motion, parse_scene
 from synth.arrays import Array
-from synth.effects.simulation.decimation import Decimator
 from synth.effects.simulation.running import (
     PRESS,
     RESPONSE,
@@ -24,7 +23,8 @@ from synth.effects.simulation.running import (
 )
 from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, SLOPE_FORCE, Phases
 from synth.motion.scan_motion import LIFT_TIME
-from synth.response.band_edge import WHOLE_TO, edge_of
+from synth.sampling.band_edge import WHOLE_TO, edge_of
+from synth.sampling.decimation import Decimator
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
 

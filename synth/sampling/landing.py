@@ -1,6 +1,6 @@
 """Solve z more often where the load changes quickly, so that a landing pays for itself and not for the whole scan.
 
-Stage   2, used by `frame_solver` in every chunk.
+Stage   SAMPLING, used by `frame_solver` in every chunk.
 Model   Where the load changes by QUICK of itself within RISE, z changes within a fraction of a millisecond. There it is
         solved at two, four, ... times as many steps, and a short low-pass filter (a sinc in a Kaiser window) reduces
         these to the usual steps. The number doubles until the quantities in the band change by no more than is allowed.

@@ -3,7 +3,7 @@
 Model   y is the value at a step. A frame is the sum over the steps near it of (y - y at the frame) times the taps. For
         order 0, y at the frame is added back. Motion at rest therefore gives exactly y, and derivatives of exactly 0.
         The taps are a windowed sinc, convolved with the central difference of the order. The window is Kaiser's or, for
-        a file, that of `response.band_edge`.
+        a file, that of `sampling.band_edge`.
         Values that belong to a time before their step, such as a pressure in the middle of a step, have taps of their
         own: the same filter, shifted by that part of a step.
         The simulated steps of a mass follow a fast force with too small an amplitude; the filter compensates for that.

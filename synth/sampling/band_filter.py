@@ -1,6 +1,6 @@
 """The filter of a direct reader: from solutions at equal steps to one band-limited quantity at every frame.
 
-Stage   RESPONSE: solving along a motion.
+Stage   SAMPLING, for live fingers that are solved.
 Model   As in `reading_filter`, an output is hold z_k + sum over m of b_jm (z_(m+1) - z_m). There are many more
         differences, because solutions contain the frequencies above the band, which a table leaves out. The weights b
         are exact for polynomials of degree 3. Their response is to be that of the derivative up to the band, and zero

@@ -1,6 +1,6 @@
 """Solves eq. 1 along any motion: position and load at every frame in, the channels of a voice at every frame out.
 
-Stage   RESPONSE: without a response table, for a surface whose period is long against the waves that matter. Over an
+Stage   SAMPLING: without a response table, for a surface whose period is long against the waves that matter. Over an
         area z may come from a layered table (`area_source`).
 Model   y = gate(w) (z(p / lambda2, w) - mean(w)) is solved at every few frames; the approach is gate(w) z. The filter
         of `band_filter` limits the band, takes the derivatives and makes the frames. All channels share the solutions.
@@ -25,13 +25,13 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
-from synth.response.band_filter import band_filter
 from synth.response.mean_approach import Mean
 from synth.response.phases import phases_of
 from synth.response.reading_filter import ReadingFilter
 from synth.response.series_curve import PLACE
 from synth.response.table import Floats
 from synth.response.table_reader import filter_frames
+from synth.sampling.band_filter import band_filter
 
 Phases = np.ndarray[tuple[int], np.dtype[np.uint64]]
 

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth.plan.frame_solver import FrameSolver
-from synth.plan.landing import low_pass
 from synth.plan.preparation import Preparation, prepare
 from synth.response.table_error import QUANTITIES
 from synth.response_cache import ResponseCache
+from synth.sampling.frame_solver import FrameSolver
+from synth.sampling.landing import low_pass
 from synth.scene.scene import parse_scene
 from tests.few import thorough
 

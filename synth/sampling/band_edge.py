@@ -1,6 +1,6 @@
 """The edge of a band in files: the gain of a frequency, whatever the source of z.
 
-Stage   RESPONSE. `plan.frame_solver` and `effects.simulation.decimation` read it.
+Stage   SAMPLING. `sampling.frame_solver` and `sampling.decimation` read it.
 Model   At a band B below that of the rate, a frequency f has the gain erfc((f / B - HALF) / WIDTH) / 2. It is 1 to 1e-3
         up to 0.92 B, and below 1e-3 from B on. In time the filter is a sinc under the window exp(-(pi WIDTH B t)^2).
         Where only the rate limits the band, at B = 0.40 of it, the gain is that of FULL_HALF and FULL_WIDTH: 1 to 1e-9

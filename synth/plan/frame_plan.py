@@ -1,0 +1,157 @@
+"""Plan how the frames of a scan are solved: the number of steps, their error and their cost.
+
+Stage   2, used by `preparation`. `sampling.frame_solver` solves the frames.
+Model   The folded error of n solutions per period is that of a steady series of n phases. At some loads of the scan,
+        the series is solved to find how many phases the tolerance requires. The solutions per second are this number
+        times the largest speed in periods per second. Where the load changes quickly there are more
+        (`sampling.landing`).
+        If the load is constant, the series is read, which is cheap. If the load varies, or if the period of the surface
+        is too long for a series, every solution is one of eq. 1.
+Source  design, section 4. The constants were measured with 18 recordings of 0.1 to 1 N, on one machine.
+Limits  A solution costs a few microseconds. Costs are predicted, not measured, so that the same scene is always solved
+        by the same method.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.contact.load_balance import Contact
+from synth.motion.scan_motion import ScanMotion
+from synth.response.spectrum import Demand, Spectrum, curves, points_for, solve_spectrum
+from synth.sampling.frame_solver import MARGIN, MOST_TOGETHER
+from synth.scene.scene import Scene
+from synth.surfaces.height_field import HeightField
+
+if TYPE_CHECKING:
+    from synth.contact.area_forces import ForceOverArea
+
+
+PROBED_LOADS = 5  # loads of the recording at which the number of phases per period is found
+FEWEST_PHASES = 16  # per period, if every probed load is in full contact
+FALL = 2.5  # the error falls with the number of phases to this power: kinks of order 3/2
+FEWEST = 4  # solutions per stride, where the load varies: `landing` has a short filter then
+EXACT_CELL = 8.0  # ns per phase and cell of the solver, on one core with AVX-512; slower machines exceed PATIENCE
+OVER_AREA = 8.0  # factor on EXACT_CELL for a height field, at 1.8 N; about 5 at 0.3 N
+FRAME_SETUP = 60.0  # ns per solution outside the solver: motion, transforms
+CURVE_READ = 80.0  # ns per solution that is read from a series
+PATIENCE = 300.0  # s of predicted work for a recording; above it, the response table is read, with its error
+
+
+@dataclass(frozen=True, slots=True)
+class FramePlan:
+    """How frames are solved.
+
+    count: number of solutions per `stride` frames.
+    stride: number of frames.
+    errors: error of each order of the demand, relative to its peak-to-peak.
+    scale: the kept band, as a part of the whole band.
+    work: predicted processor time per second of the motion, s, without landings.
+    allowed: largest error of each order (SI) that a landing leaves; empty: the load does not vary.
+    finer: largest number of solutions in a landing for each usual one.
+    """
+
+    count: int
+    stride: int
+    errors: tuple[float, ...]
+    scale: float
+    work: float
+    allowed: tuple[float, ...] = ()
+    finer: int = 1
+
+    def landings(self, orders: tuple[int, ...]) -> dict[int, float]:
+        """Return the largest error (SI) that a landing leaves, by order; orders: of the request."""
+        return dict(zip(orders, self.allowed, strict=False))
+
+    def with_errors(self, more: Array) -> FramePlan:
+        """Return the plan with `more` added to its errors [orders]."""
+        return replace(self, errors=tuple((np.array(self.errors) + more).tolist()))
+
+
+def plan_frames(
+    contact: Contact,
+    scene: Scene,
+    demand: Demand,
+    known: tuple[float, Spectrum],
+    scale: float,
+    *,
+    solved: bool = False,
+) -> FramePlan | None:
+    """Return how the moving scan of `scene` is solved, or None if that would take too much time or memory.
+
+    contact: the contact; on a long surface, that of its stretch.
+    solved: whether every solution is one of eq. 1 even at a constant load, instead of being read from the series.
+    demand: harmonics, orders and tolerance of the series.
+    known: a load (N) and its series to this demand.
+    scale: the kept band, as a part of the whole band.
+    """
+    motion = ScanMotion(scene)
+    low, high = (max(load, scene.scan.lift_load) for load in motion.recorded_loads())
+    varies = motion.load_range()[0] != motion.load_range()[1]
+    probed = np.geomspace(low, high, PROBED_LOADS) if high > low else [low]
+    own, steady = known
+    series = [steady if load == own else solve_spectrum(contact, float(load), demand) for load in probed]
+    # The number of phases was doubled until the series reached the tolerance, so fewer phases are enough.
+    spared = [min(max((max(one.errors) / demand.tolerance) ** (1.0 / FALL), 0.5), 1.0) for one in series]
+    phases = max(FEWEST_PHASES, *(one.phases * part for one, part in zip(series, spared, strict=True)))
+    errors = tuple(
+        max(_error(one, place, demand) * (one.phases / phases) ** FALL for one in series)
+        for place in range(len(demand.orders))
+    )
+    rate = scene.output.sample_rate / stride_of(scale)
+    fastest = motion.fastest() / contact.geometry.texture_period  # periods per second
+    if not varies and not solved:  # the series that is read ends with the harmonics of the demand, so that none fold
+        count = math.ceil((demand.total * fastest + scene.output.band_limit) / rate)
+        errors = series[0].errors
+    else:
+        count = max(1, math.ceil(phases * fastest / rate))
+    solution = solution_nanoseconds(contact) if varies or solved else CURVE_READ
+    return counted(scene, scale, count, errors, solution)
+
+
+def _error(series: Spectrum, place: int, demand: Demand) -> float:
+    """Return the error of one of the orders, relative to its peak-to-peak; one of a still finger is as of `still`."""
+    order = demand.orders[place]
+    extent = float(np.ptp(curves(series.harmonics[: demand.highest + 1], order, points_for(demand.highest))))
+    least = demand.still * (2.0 * math.pi) ** order
+    return series.errors[place] * (extent / least if extent < least else 1.0)
+
+
+def counted(
+    scene: Scene,
+    scale: float,
+    count: int,
+    errors: tuple[float, ...],
+    solution: float,
+) -> FramePlan | None:
+    """Return a plan of at least `count` solutions per stride; see `plan_frames`.
+
+    errors: of the time derivatives, without a landing.
+    solution: time of a solution without transforms, ns.
+    """
+    motion, stride = ScanMotion(scene), stride_of(scale)
+    varies = motion.load_range()[0] != motion.load_range()[1]
+    if varies:
+        count = max(count, FEWEST)
+    if 4.0 * MARGIN / (scale * stride) * count > MOST_TOGETHER:
+        return None
+    work = 1e-9 * count * scene.output.sample_rate / stride * (solution + FRAME_SETUP)
+    if varies and work * scene.output.duration > PATIENCE:
+        return None
+    return FramePlan(count, stride, errors, scale, work)
+
+
+def solution_nanoseconds(contact: Contact | ForceOverArea) -> float:
+    """Return the predicted processor time of a solution of `contact`, or of a force, ns."""
+    over = OVER_AREA if isinstance(contact.geometry.profile, HeightField) else 1.0
+    return EXACT_CELL * over * contact.grid.cells
+
+
+def stride_of(scale: float) -> int:
+    """Return the frames of a plan whose kept band is `scale` of the whole band."""
+    return 1 << math.floor(math.log2(1.0 / scale))
