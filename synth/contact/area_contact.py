@@ -29,7 +29,7 @@ from synth.contact.area_texture import FINER, FINER_OF_SMALLER, MOST_PLACES, sto
 from synth.contact.full_contact import FullContact
 from synth.contact.geometry import Geometry
 from synth.contact.line import MIDDLE, Line
-from synth.contact.load_balance import Contact, PhaseSolver
+from synth.contact.load_balance import BEGINS_OVER_AREA, Contact, PhaseSolver
 from synth.errors import Fault, SceneError
 from synth.response_cache import kept
 from synth.surfaces.height_field import HeightField
@@ -137,7 +137,7 @@ class ContactOnArea(Contact):
     """
 
     of_one_line = False
-    settles = SETTLES
+    settles, begins = SETTLES, BEGINS_OVER_AREA
     line: Line = MIDDLE
     coarser: float = 1.0
     refines: bool = False

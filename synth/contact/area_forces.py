@@ -93,6 +93,11 @@ class ForceOverArea(ABC):
         """The value of its contact."""
         return float(self.contact.settles)
 
+    @property
+    def begins(self) -> float:
+        """The value of its contact."""
+        return float(self.contact.begins)
+
     def refined(self) -> Self | None:
         """Return the force on smaller cells of its contact; None where it does not refine."""
         return self._on(self.contact.refined())

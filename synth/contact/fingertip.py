@@ -30,7 +30,7 @@ from synth.contact.footprint import Footprint
 from synth.contact.full_contact import FullContact
 from synth.contact.geometry import Geometry
 from synth.contact.line import MIDDLE, Line
-from synth.contact.load_balance import Contact, PhaseSolver
+from synth.contact.load_balance import BEGINS_OVER_AREA, Contact, PhaseSolver
 from synth.contact.stiffness import Stiffness
 from synth.contact.texture_nodes import texture_nodes
 from synth.response_cache import kept
@@ -42,8 +42,6 @@ if TYPE_CHECKING:
     from synth.contact.area_grid import AreaGrid
 
 PIECES_A_RIDGE, FEWEST_PIECES = 16, 48  # of the texture: per ridge, and least number under the finger and per period
-WAVE_PIECES = 3.0  # per wave of the texture and `coarser`, where fewer pieces than columns are enough
-SPARSER = 2.0 / 3.0  # power of `coarser` for these: the errors of both then fall at least by 4 when columns are halved
 RISES = 8  # pieces over the height of a ridge, where the texture is steep
 FINEST = 1.0 / 8.0  # least factor on all of these distances: 30 MB of columns, 0.4 s
 MOST_NODES, MOST_COLUMNS = 1 << 17, 24_000  # of a period, 5 MB; of a finger, as 10 mm have at FINEST
@@ -81,16 +79,12 @@ def line_grid(surface: FingerSurface, texture: Profile, scale: float, coarser: f
     """Return the solver of `surface` over a `texture` along a line.
 
     scale: of the heights in the solver, m.
-    coarser: factor on the distance of columns, from which those of nodes, rows and levels follow.
+    coarser: factor on the distance of columns and nodes, from which those of rows and levels follow.
     """
     ridge, tall = surface.field.period, 2.0 * surface.field.amplitude or surface.footprint.depth
     under = min(surface.footprint.reach[0], texture.period)
     length = min(ridge / PIECES_A_RIDGE, under / FEWEST_PIECES)
-    wave = math.pi * (texture.extent[1] - texture.extent[0]) / max(texture.slope_bound, 1e-30)
-    sparser = coarser
-    if coarser < 1.0:  # under a smooth texture the sum over the nodes settles faster than the columns do
-        sparser = min(max(coarser * wave / (WAVE_PIECES * length), coarser), coarser**SPARSER)
-    nodes = texture_nodes(texture, sparser * length, sparser * tall / RISES)
+    nodes = texture_nodes(texture, coarser * length, coarser * tall / RISES)
     return FingertipGrid(surface, nodes, texture.period, texture.extent, coarser, scale)
 
 
@@ -114,6 +108,11 @@ class FingertipContact(Contact):
     line: Line = MIDDLE
     coarser: float = 1.0
     refines: bool = False
+
+    @property
+    def begins(self) -> float:  # type: ignore[override]
+        """See `Contact`; over an area it is that of other fingers."""
+        return BEGINS_OVER_AREA if isinstance(self.geometry.profile, HeightField) else 0.0
 
     @classmethod
     def of_field(

@@ -84,6 +84,11 @@ class ForceOfContact(ABC):
         """The value of its contact."""
         return self.contact.settles
 
+    @property
+    def begins(self) -> float:
+        """The value of its contact."""
+        return self.contact.begins
+
     def refined(self) -> Self | None:
         """Return the force on a finer discretisation of its contact; None where the contact has none."""
         contact = self.contact.refined()

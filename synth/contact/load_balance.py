@@ -61,6 +61,9 @@ def solver_of(geometry: Geometry, dome: float = 0.0) -> PhaseSolver:
     return Grid.of_geometry(geometry) if geometry.profile is None else SegmentGrid.of_geometry(geometry, dome)
 
 
+BEGINS_OVER_AREA = 1.0 / 3.0  # `Contact.begins`: a quarter was too little for 2 of 14 scenes over dots
+
+
 @dataclass(frozen=True)
 class Contact:
     """Geometry and stiffness of one scene. Their solver is prepared when it is first needed."""
@@ -72,6 +75,8 @@ class Contact:
 
     settles: ClassVar[float] = 0.5
     """Part of the error of the solver that is assumed to remain when its segments or cells are halved."""
+    begins: ClassVar[float] = 0.0
+    """Least part that is assumed after the first two halvings."""
     of_one_line: ClassVar[bool] = True
     """True: the finger has heights along one line; False: over an area."""
     of_any_direction: ClassVar[bool] = False

@@ -107,7 +107,7 @@ def plan_frames(
     fastest = motion.fastest() / contact.geometry.texture_period  # periods per second
     if not varies and not solved:  # the series that is read ends with the harmonics of the demand, so that none fold
         count = math.ceil((demand.total * fastest + scene.output.band_limit) / rate)
-        errors = series[0].errors
+        errors = tuple(_error(series[0], place, demand) for place in range(len(demand.orders)))
     else:
         count = max(1, math.ceil(phases * fastest / rate))
     solution = solution_nanoseconds(contact) if varies or solved else CURVE_READ

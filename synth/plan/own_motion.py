@@ -12,6 +12,7 @@ Limits  A peak between two of the places is missed.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -70,7 +71,20 @@ def own_motion(
     of_series = not (asked.live or asked.load_varies or long or over_area(asked))  # as `voice.solved_frames` reads it
     read = SeriesCurve(asked.spectrum.harmonics).heights if of_series else None
     found, warning = peaks_along(contact, asked, mean, known, series, read, frames)
-    return mean, frames, dict(zip(known, found.tolist(), strict=True)), warning
+    peaks = dict(zip(known, found.tolist(), strict=True))
+    if frames is not None and not asked.load_varies:
+        frames = _beside_own_peaks(asked, frames, peaks)
+    return mean, frames, peaks, warning
+
+
+def _beside_own_peaks(steady: SteadyScan, frames: FramePlan, peaks: Mapping[int, float]) -> FramePlan:
+    """Return `frames` with errors relative to the own motion where the steady motion is still, as `planned` has it."""
+    errors = []
+    for order, error in zip(steady.orders, frames.errors, strict=True):
+        least = steady.least(order)
+        still = extent_and_peak(steady.series(order))[0] <= least
+        errors.append(error * least / max(2.0 * peaks[order], least) if still else error)
+    return replace(frames, errors=tuple(errors))
 
 
 def with_pieces(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mean, tolerance: float) -> FramePlan:

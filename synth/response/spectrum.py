@@ -50,9 +50,8 @@ FINER_WORK = 8  # times the work of the last refinement: room for three more ref
 JUDGED_PHASES = 384  # least number of phases at which a discretisation is tested; 3 per harmonic where that is more
 SETTLED = 0.7  # of the error may remain after a doubling: a third is usual; if more remains, the grid hides a harmonic
 FIRST_ORDER = 0.5  # of the error remains when a discretisation is halved, for segments of a profile with corners
-BEGINNING = 1.0 / 3.0  # least part for the first two halvings: a quarter was too little for 2 of 14 scenes over dots
 UNSETTLED = 0.8  # largest assumed ratio of the next change to the last one: the error is then 4 times the last change
-DOUBT = 1.25  # times the error that the changes predict, where they fall faster: up to 1.2 was seen (denim, corduroy)
+DOUBT = 1.15  # times the error that the changes predict, where they fall faster: up to 1.1 was seen (denim, corduroy)
 SLOWER = math.sqrt(2.0)  # factor between the speeds at which the error of a slower scan is judged
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
@@ -196,7 +195,7 @@ def _discretised(coarse: Source, finer: Source, load: float, demand: Demand) -> 
     height = coarse.approach(phases, load)[0]
     series, earlier = harmonics_of(height, demand.total), None
     share = DISCRETE_SHARE if coarse.settles >= FIRST_ORDER else MOST_DISCRETE
-    settles = max(finer.settles, BEGINNING)
+    settles = max(finer.settles, finer.begins)
     while True:
         height = finer.approach(phases, load, height)[0]
         before, series = series, harmonics_of(height, demand.total)

@@ -61,13 +61,6 @@ def test_explain_says_what_auto_chose_and_why(running: Running) -> None:
         assert "of its peak-to-peak" in named[name]["reason"]
 
 
-def test_accuracy_of_effects_is_refused_in_words(running: Running) -> None:
-    answer = running.client.post("/v1/accuracy", json=QUICK | {"effects": {"inertia": {}}})
-    (fault,) = problem(answer, 422, "request-refused")["errors"]
-    assert fault["pointer"] == "/effects"
-    assert fault["allowed"] and fault["hint"]
-
-
 def test_a_session_with_a_force_has_two_channels_and_two_scales(running: Running) -> None:
     session = running.open_session(QUICK | {"effects": {"tangential": {}}})
     shown = running.client.get(f"/v1/sessions/{session}").json()

@@ -49,7 +49,7 @@ def test_an_import_that_takes_too_long_is_ended_by_its_own_bound() -> None:
 
 
 def test_a_measurement() -> None:
-    request: dict[str, object] = {"scene": {}, "quantity": "colour", "textures": None}
+    request: dict[str, object] = {"scene": {}, "quantity": "colour", "textures": None, "live": False}
     code, outcome, messages = _answer_of_process(json.dumps(request).encode(), threading.Event())
     assert (code, messages) == (0, b"") and json.loads(outcome)["faults"]
 

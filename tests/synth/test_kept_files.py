@@ -17,7 +17,7 @@ from synth import kept_files
 from synth.contact.scene_contact import contact_of
 from synth.kept_files import FileEntry, FileForm, KeptFiles
 from synth.motion.motion import Update
-from synth.plan import direct_plan, path_frames, preparation, scene_table, usual_hand
+from synth.plan import direct_plan, path_frames, scene_series, scene_table, usual_hand
 from synth.response import layered_making
 from synth.response.layered_file import LAYERED_FORM
 from synth.response.layered_table import LayeredTable
@@ -46,7 +46,7 @@ def forbid(monkeypatch: pytest.MonkeyPatch) -> None:
         raise AssertionError("solved again")
 
     monkeypatch.setattr(scene_table, "make_table", solved)
-    monkeypatch.setattr(preparation, "solve_spectrum", solved)
+    monkeypatch.setattr(scene_series, "solve_spectrum", solved)
     monkeypatch.setattr(usual_hand, "solve_spectrum", solved)
 
 
