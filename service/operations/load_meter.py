@@ -15,7 +15,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
-HAND_WORK = 1.7  # of a live stream with 100 to 250 updates a second, over that of one whose scan goes on by itself
+HAND_WORK = 1.5  # of a live stream with 100 updates a second, over that of one whose scan goes on by itself (250: 1.75)
 WINDOW_SECONDS = 1.0  # shorter: one stall decides; longer: a burst of streams is noticed too late
 
 

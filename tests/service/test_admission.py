@@ -78,13 +78,13 @@ def test_streams_that_no_hand_moves_yet_count_as_if_one_did() -> None:
     times = Times()
     meter = times.meter(streams=40)
     meter.live = 40
-    times.pass_by(meter, 2.0, busy=0.6)
+    times.pass_by(meter, 2.0, busy=0.612)
     refused = admitted(meter)
-    assert "60 % of the time, which would be 102 % if hands moved its 40 resting streams" in refused
+    assert "61 % of the time, which would be 92 % if hands moved its 40 resting streams" in refused
     for stream in range(30):
         meter.moved(stream)
     assert admitted(meter) == "" and meter.resting == 10, "their work is in what was measured"
-    times.pass_by(meter, 1.5, busy=0.6)
+    times.pass_by(meter, 1.5, busy=0.612)
     assert meter.resting == 40 and admitted(meter), "their hands have gone"
 
 
