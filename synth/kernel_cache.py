@@ -27,7 +27,9 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache, InTreeCach
 from synth.kernel_folders import kernel_folders, tell_unkept
 
 HERE = Path(__file__).resolve().parent
-FOLDERS = ("", "contact", "response", "motion", "effects/simulation", "voice", "surfaces", "surfaces/measurement")
+FOLDERS = (
+    "", "contact", "response", "motion", "sampling", "effects/simulation", "voice", "surfaces", "surfaces/measurement",
+)  # fmt: skip
 """Folders with kernels, and with what they read."""
 
 
