@@ -31,7 +31,7 @@ from synth.contact.load_balance import Contact
 from synth.motion.motion import LOAD
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.channels import ChannelPlan
-from synth.plan.direct_plan import over_area
+from synth.plan.direct_plan import reads_series
 from synth.plan.frame_plan import FALL, FEWEST, FramePlan, stride_of
 from synth.plan.own_motion import own_mean
 from synth.plan.preparation import Preparation
@@ -44,10 +44,8 @@ from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
 from synth.voice.solved_frames import SolvedFrames
 
-LONGEST, LONGEST_SIMULATED = (
-    0.5,
-    0.2,
-)  # s of the motion; with more, the reference of a fingertip takes longer than REFERENCE_SECONDS
+LONGEST = 0.5  # s of the motion; with more, the reference of a fingertip takes longer than REFERENCE_SECONDS
+LONGEST_SIMULATED = 0.2  # s of the motion of a simulation, for the same reason
 FINEST = 8  # times the steps of the plan: twice those of the finest method
 HALVINGS = 2  # of the segments or cells of the plan, at most
 REFERENCE_SECONDS = 6.0  # predicted, of the reference; a longer one has fewer steps, or the cells of the plan
@@ -93,8 +91,7 @@ class MotionCase:
     @property
     def reads_series(self) -> bool:
         """Whether a file reads the series of a constant load along the motion, as `voice.solved_frames` does."""
-        solved = self.solved
-        return not (solved.simulated or solved.load_varies or solved.stretch is not None or over_area(solved))
+        return reads_series(self.solved) and not self.solved.simulated
 
     @cached_property
     def contact(self) -> Contact:

@@ -121,7 +121,7 @@ class RecordedMotion:
         return float(np.max(np.hypot(self.place.slope(moments), across)))
 
 
-_latest: deque[tuple[tuple[Point, ...], RecordedMotion]] = deque(maxlen=4)
+_latest: deque[tuple[tuple[Point, ...], RecordedMotion]] = deque(maxlen=2)
 """Trajectories, compared by identity, and their motions."""
 
 

@@ -136,6 +136,11 @@ def over_area(asked: Request) -> bool:
     return asked.area or not asked.scene.scan.along_x
 
 
+def reads_series(asked: Request) -> bool:
+    """Return whether a moving file reads z from the series of one load, instead of solving it along its motion."""
+    return not (asked.load_varies or asked.stretch is not None or over_area(asked))
+
+
 def beyond_table(asked: Request, contact: Contact) -> bool:
     """Return whether a moving voice of the request is solved directly on `contact`, by the rule of this module."""
     scene = asked.scene

@@ -21,7 +21,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.plan.channels import APPROACH, SteadyScan, extent_and_peak
-from synth.plan.direct_plan import AREA_MEAN_TOLERANCE, MEAN_TOLERANCE, over_area
+from synth.plan.direct_plan import AREA_MEAN_TOLERANCE, MEAN_TOLERANCE, over_area, reads_series
 from synth.plan.direct_plan import MEANS as AREA_MEANS
 from synth.plan.direct_plan import PLACES as AREA_PLACES
 from synth.plan.frame_plan import FALL, PATIENCE, FramePlan
@@ -68,8 +68,7 @@ def own_motion(
     if all(channel.full_scale for channel in listed) or not (approach or differs):
         return mean, frames, peaks, ""
     known = tuple(sorted({0, *asked.orders, *({WITH_MEAN} if approach else ())}))
-    of_series = not (asked.live or asked.load_varies or long or over_area(asked))  # as `voice.solved_frames` reads it
-    read = SeriesCurve(asked.spectrum.harmonics).heights if of_series else None
+    read = SeriesCurve(asked.spectrum.harmonics).heights if reads_series(asked) and not asked.live else None
     found, warning = peaks_along(contact, asked, mean, known, series, read, frames)
     peaks = dict(zip(known, found.tolist(), strict=True))
     if frames is not None and not asked.load_varies:

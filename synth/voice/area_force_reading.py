@@ -30,6 +30,7 @@ from synth.plan.scene_table import band_of, bounds_for
 from synth.plan.swing import Swing, changed_by, folded_errors, turning_errors
 from synth.response.spectrum import Complex, curves, harmonics_of, points_for
 from synth.sampling.band_filter import SOLUTIONS
+from synth.sampling.chunks import Chunks, Solve
 from synth.sampling.direct_reader import DirectReader, direct_filters
 from synth.sampling.frame_solver import FrameSolver
 from synth.scene.output_section import BAND
@@ -118,26 +119,23 @@ class SolvedForces:
     """Renders the forces of a file, in any order of its frames. Only the last chunk of each is kept."""
 
     def __init__(self, solved: Preparation, forces: tuple[MovingForce, ...]) -> None:
-        self._solvers, self._kept = [], [(-1, np.empty(0)) for _force in forces]
-        for one in forces:
-            plan = one.frames
-            assert plan is not None
-            self._solvers.append(FrameSolver(
-                one.force.heights, solved.scene, np.zeros_like, solved.scene.output.sample_rate,
-                count=plan.count, stride=plan.stride, scale=plan.scale,
-            ))  # fmt: skip
+        self._columns = [Chunks(*_solved_chunks(solved, one)) for one in forces]
 
     def read(self, first: int, out: Block) -> None:
         """Write the frames from `first` on to `out`, float32 [frames, forces], N."""
-        for column, solver in enumerate(self._solvers):
-            done = 0
-            while done < len(out):
-                number, place = divmod(first + done, solver.chunk)
-                if self._kept[column][0] != number:
-                    self._kept[column] = number, solver.solved(number, (0,))[0]
-                part = self._kept[column][1][place : place + len(out) - done]
-                out[done : done + len(part), column] = part
-                done += len(part)
+        for column, chunks in enumerate(self._columns):
+            chunks.read(first, out[:, column])
+
+
+def _solved_chunks(solved: Preparation, moving: MovingForce) -> tuple[Solve, int]:
+    """Return what solves a chunk of the frames of one force (N), and the length of a chunk."""
+    plan = moving.frames
+    assert plan is not None
+    solver = FrameSolver(
+        moving.force.heights, solved.scene, np.zeros_like, solved.scene.output.sample_rate,
+        count=plan.count, stride=plan.stride, scale=plan.scale,
+    )  # fmt: skip
+    return lambda number: solver.solved(number, (0,))[0], solver.chunk
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,11 +11,12 @@ from __future__ import annotations
 import numpy as np
 
 from synth.arrays import Block
-from synth.plan.direct_plan import over_area
+from synth.plan.direct_plan import reads_series
 from synth.plan.frame_plan import FramePlan
 from synth.plan.own_motion import own_mean
 from synth.plan.preparation import Preparation
 from synth.response.series_curve import SMALLEST, SeriesCurve
+from synth.sampling.chunks import Chunks
 from synth.sampling.frame_solver import WITH_MEAN, FrameSolver, Heights
 
 
@@ -34,16 +35,15 @@ class SolvedFrames:
         rate, mean = solved.scene.output.sample_rate, solved.mean
         if mean is None:
             mean = own_mean(solved.steady, solved.contact, solved.tolerance)
-        if heights is None and (solved.load_varies or solved.stretch is not None or over_area(solved)):
-            heights = solved.whole.heights
-        elif heights is None:
-            heights = SeriesCurve(solved.spectrum.harmonics).heights
+        if heights is None:
+            series = reads_series(solved)
+            heights = SeriesCurve(solved.spectrum.harmonics).heights if series else solved.whole.heights
         self._solver = FrameSolver(
             heights, solved.scene, mean, rate, count=plan.count, stride=plan.stride, scale=plan.scale,
             landings=plan.landings(solved.orders), finer=plan.finer,
         )  # fmt: skip
         self.chunk = self._solver.chunk
-        self._kept: tuple[int, Block] = (-1, np.empty((0, 0), np.float32))
+        self._chunks = Chunks(self._solved_chunk, self.chunk)
 
     @property
     def memory_bytes(self) -> int:
@@ -57,14 +57,7 @@ class SolvedFrames:
 
     def read(self, first: int, out: Block) -> None:
         """Write the frames from `first` on to `out`, float32 [frames, channels], value / full_scale."""
-        done = 0
-        while done < len(out):
-            number, place = divmod(first + done, self.chunk)
-            if self._kept[0] != number:
-                self._kept = number, self._solved_chunk(number)
-            part = self._kept[1][place : place + len(out) - done]
-            out[done : done + len(part)] = part
-            done += len(part)
+        self._chunks.read(first, out)
 
     def _solved_chunk(self, number: int) -> Block:
         found = self._solver.solved(

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from synth.plan.frame_plan import FramePlan
 from synth.plan.preparation import Preparation, prepare
 from synth.response.table_error import QUANTITIES
 from synth.response_cache import ResponseCache
-from synth.sampling.frame_solver import FrameSolver
+from synth.sampling.frame_solver import FrameSolver, Heights
 from synth.sampling.landing import low_pass
 from synth.scene.scene import parse_scene
 from tests.few import thorough
@@ -91,15 +92,23 @@ def test_a_landing_that_would_take_too_many_solutions_tells_its_error() -> None:
     assert np.all(change <= left + rest) and left[2] > allowed[2]
 
 
-def test_frames_away_from_landings_do_not_pay_for_them() -> None:
-    """Only a few milliseconds about each landing are solved again."""
-    solved, solutions = planned(FINGERTIP, {}, 0.1, NARROW, 1e-2), []
+def counted() -> tuple[Preparation, FramePlan, Heights, list[int]]:
+    """Return a recording of a fingertip, its plan, its z, and a list that gets the number of solutions of each call."""
+    solved, solutions = planned(FINGERTIP, {}, 0.1, NARROW, 1e-2), list[int]()
     plan, contact = solved.frames, solved.whole
-    assert plan is not None and solved.mean is not None
+    assert plan is not None
 
     def heights(phases: Any, loads: Any) -> Any:
         solutions.append(len(phases))
         return contact.heights(phases, loads)
+
+    return solved, plan, heights, solutions
+
+
+def test_frames_away_from_landings_do_not_pay_for_them() -> None:
+    """Only a few milliseconds about each landing are solved again."""
+    solved, plan, heights, solutions = counted()
+    assert solved.mean is not None
 
     solver = FrameSolver(
         heights, solved.scene, solved.mean, 4000, count=plan.count, scale=plan.scale, stride=plan.stride,
@@ -112,13 +121,8 @@ def test_frames_away_from_landings_do_not_pay_for_them() -> None:
 
 
 def test_neighbouring_chunks_solve_their_margins_once_and_render_the_same_in_any_order() -> None:
-    solved, solutions = planned(FINGERTIP, {}, 0.1, NARROW, 1e-2), []
-    plan, contact = solved.frames, solved.whole
-    assert plan is not None and solved.mean is not None
-
-    def heights(phases: Any, loads: Any) -> Any:
-        solutions.append(len(phases))
-        return contact.heights(phases, loads)
+    solved, plan, heights, solutions = counted()
+    assert solved.mean is not None
 
     def solver() -> FrameSolver:
         return FrameSolver(
