@@ -122,11 +122,12 @@ def test_frames_away_from_landings_do_not_pay_for_them() -> None:
 
 def test_neighbouring_chunks_solve_their_margins_once_and_render_the_same_in_any_order() -> None:
     solved, plan, heights, solutions = counted()
-    assert solved.mean is not None
+    mean = solved.mean
+    assert mean is not None
 
     def solver() -> FrameSolver:
         return FrameSolver(
-            heights, solved.scene, solved.mean, 4000, count=plan.count, scale=plan.scale, stride=plan.stride, longest=0
+            heights, solved.scene, mean, 4000, count=plan.count, scale=plan.scale, stride=plan.stride, longest=0
         )
 
     one, other = solver(), solver()
