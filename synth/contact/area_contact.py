@@ -190,10 +190,6 @@ class ContactOnArea(Contact):
         """x of its middle, m."""
         return 0.5 * self.geometry.contact_length
 
-    def refined(self) -> Self | None:
-        """Return the contact with cells half as large; None where they would be too many, or if it does not refine."""
-        return self.halved() if self.refines else None
-
     def halved(self) -> Self | None:
         """Return the contact with cells half as large; None where they would be too many."""
         return smaller_cells(self, *self.lattice)

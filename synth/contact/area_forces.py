@@ -26,6 +26,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.area_grid import AreaGrid
 from synth.contact.area_path import AreaContact, Places, read_along, solved_at
+from synth.contact.force_discretisation import ForceDiscretisation
 from synth.contact.geometry import Geometry
 from synth.contact.line import Line
 from synth.contact.load_balance import PhaseSolver
@@ -36,7 +37,7 @@ NO_DEPTH = 1e-300  # m: keeps a quotient finite where rounding leaves no contact
 
 
 @dataclass(frozen=True)
-class ForceOverArea(ABC):
+class ForceOverArea(ForceDiscretisation, ABC):
     """Base class of both forces.
 
     contact: gives z and the pressure.
@@ -87,31 +88,6 @@ class ForceOverArea(ABC):
     def on_line(self, line: Line) -> Self:
         """Return the force of a finger on another line."""
         return replace(self, contact=self.contact.on_line(line))
-
-    @property
-    def settles(self) -> float:
-        """The value of its contact."""
-        return float(self.contact.settles)
-
-    @property
-    def begins(self) -> float:
-        """The value of its contact."""
-        return float(self.contact.begins)
-
-    def refined(self) -> Self | None:
-        """Return the force on smaller cells of its contact; None where it does not refine."""
-        return self._on(self.contact.refined())
-
-    def halved(self) -> Self | None:
-        """Return the force on cells half as large; None where they would be too many."""
-        return self._on(self.contact.halved())
-
-    def doubled(self) -> Self:
-        """Return the force on cells twice as large."""
-        return replace(self, contact=self.contact.doubled())
-
-    def _on(self, contact: Any) -> Self | None:
-        return None if contact is None else replace(self, contact=contact)
 
     def solver(self, load: float) -> PhaseSolver:
         """Return the solver of the contact at `load` (N)."""

@@ -178,10 +178,6 @@ class FingertipContact(Contact):
         row = np.zeros(1)
         return np.asarray(self.field.heights(places, row)[:, 0] - self.footprint.drop(places, row)[:, 0])
 
-    def refined(self) -> Self | None:
-        """Return the contact at half of its distances, if it refines."""
-        return self.halved() if self.refines else None
-
     def halved(self) -> Self | None:
         """Return the contact at half of its distances, or None.
 

@@ -24,13 +24,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.contact.fingertip_solver import FingertipGrid
+from synth.contact.force_discretisation import ForceDiscretisation
 from synth.contact.full_contact import FullContact
 from synth.contact.load_balance import Contact, PhaseSolver
 from synth.contact.pressure import power_integrals, slope_integrals
@@ -45,7 +46,7 @@ NO_DEPTH = 1e-300  # m: keeps a quotient finite where rounding leaves no contact
 
 
 @dataclass(frozen=True, slots=True)
-class ForceOfContact(ABC):
+class ForceOfContact(ForceDiscretisation, ABC):
     """Base class of both forces, which differ in the value only.
 
     contact: the contact that gives the pressure; its texture is a profile.
@@ -78,31 +79,6 @@ class ForceOfContact(ABC):
     @abstractmethod
     def _steepest(self, phases: Array, heights: Array, load: float) -> float:
         """Return the largest dF/dz (N/m) over `phases` and `heights` at `load` (N)."""
-
-    @property
-    def settles(self) -> float:
-        """The value of its contact."""
-        return self.contact.settles
-
-    @property
-    def begins(self) -> float:
-        """The value of its contact."""
-        return self.contact.begins
-
-    def refined(self) -> Self | None:
-        """Return the force on a finer discretisation of its contact; None where the contact has none."""
-        contact = self.contact.refined()
-        return None if contact is None else replace(self, contact=contact)
-
-    def halved(self) -> Self | None:
-        """Return the force on a contact with cells half as large; None where the contact has no cells."""
-        contact = self.contact.halved()
-        return None if contact is None else replace(self, contact=contact)
-
-    def doubled(self) -> Self | None:
-        """Return the force on a contact with cells or columns twice as large; None where the contact has none."""
-        contact = self.contact.doubled()
-        return None if contact is None else replace(self, contact=contact)
 
     def solver(self, load: float) -> PhaseSolver:
         """Return the solver of the contact at `load` (N)."""

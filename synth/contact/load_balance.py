@@ -90,11 +90,20 @@ class Contact:
         """The solver; that of the nominal length, where the length depends on the load."""
         return solver_of(self.geometry)
 
-    def refined(self) -> Contact | None:
-        """Return the contact on segments of half the length; None where that is not possible.
+    @property
+    def refines(self) -> bool:
+        """Whether `refined` has a finer discretisation where a tolerance requires it, as segments along a line have."""
+        return True
 
-        It is not possible where the solver is exact, or where the segments have been halved at least once and there are
-        FINEST of them or more, per period or over the contact.
+    def refined(self) -> Self | None:
+        """Return the contact on a discretisation twice as fine, if it refines and can be halved."""
+        return self.halved() if self.refines else None
+
+    def halved(self) -> Self | None:
+        """Return the contact with segments, columns or cells half as long, even if it does not refine, or None.
+
+        It is None where they would be too many, and where the solver is exact. Segments are too many where they have
+        been halved at least once and are FINEST or more, per period or over the contact.
         """
         geometry = self.geometry
         if not isinstance(self.grid, SegmentGrid):
@@ -104,18 +113,16 @@ class Contact:
             return None
         return self.on(replace(geometry, segments=2 * self.grid.segments))
 
-    def halved(self) -> Contact | None:
-        """Return the contact with cells half as large, even if it does not refine; None unless it is over an area."""
-        return None
-
     def doubled(self) -> Self | None:
-        """Return the contact with cells or columns twice as large; None where it has none.
+        """Return the contact with cells or columns twice as large, or segments as before they were halved, or None.
 
         Where its own cannot be halved, the change from larger ones is its error.
         """
-        if self.of_one_line:
+        if not self.of_one_line:
+            return replace(self, coarser=2.0 * self.coarser)  # type: ignore[attr-defined, call-arg]
+        if self.geometry.segments is None:
             return None
-        return replace(self, coarser=2.0 * self.coarser)  # type: ignore[attr-defined, call-arg]
+        return self.on(replace(self.geometry, segments=self.geometry.segments // 2))
 
     def on(self, geometry: Geometry) -> Self:
         """Return this contact on other surfaces."""

@@ -241,8 +241,7 @@ def _along_line(
     if smaller is None and larger is not None:
         coarse = changed_by(larger, contact, swing, loads[1])
     else:
-        left = 1.0 if larger is None else 1.0 / (1.0 - contact.settles)
-        coarse = left * changed_by(contact, smaller, swing, loads[1])
+        coarse = changed_by(contact, smaller, swing, loads[1]) / (1.0 - contact.settles)
     finer, steps, errors = _filtered(rate, swing, folded, coarse, tolerance, least)
     return DirectPlan(whole, mean, heaviest, band, finer, steps, fastest, loads, errors, seconds)
 
