@@ -32,11 +32,11 @@ from synth.motion.motion import LOAD, SPEED, Motion
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.scene_table import bounds_for, table_of_scene
 from synth.plan.stretch import stretch_of
+from synth.response.demand import Complex, Demand, curves, harmonics_of
 from synth.response.discretisation import fine_enough
 from synth.response.mean_approach import mean_curve
 from synth.response.phases import phase_step
 from synth.response.series_curve import SeriesCurve
-from synth.response.spectrum import Complex, Demand, curves, harmonics_of
 from synth.response.table_making import TableBounds
 from synth.response.table_reader import TableReader
 from synth.response_cache import ResponseCache

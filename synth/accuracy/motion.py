@@ -35,8 +35,8 @@ from synth.plan.direct_plan import reads_series
 from synth.plan.frame_plan import FALL, FEWEST, FramePlan, stride_of
 from synth.plan.own_motion import own_mean
 from synth.plan.preparation import Preparation
+from synth.response.demand import Demand
 from synth.response.discretisation import fine_enough
-from synth.response.spectrum import Demand
 from synth.sampling.band_filter import SOLUTIONS
 from synth.sampling.frame_solver import Heights
 from synth.sampling.landing import LOOK_RATE, LOOKS, pieces, windows

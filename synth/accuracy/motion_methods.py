@@ -30,8 +30,8 @@ from synth.contact.profile_solver import SegmentGrid
 from synth.plan.direct_plan import over_area
 from synth.plan.frame_plan import FRAME_SETUP
 from synth.plan.scene_table import table_of_scene
+from synth.response.demand import harmonics_of
 from synth.response.series_curve import SeriesCurve
-from synth.response.spectrum import harmonics_of
 from synth.response.table_reader import TableReader
 from synth.sampling.frame_solver import Heights
 from synth.surfaces.height_field import HeightField

@@ -21,7 +21,8 @@ from synth.accuracy.method import Errors, LeftOutMethod, Ready, Subject, decibel
 from synth.accuracy.methods import Case, case_of, chosen_method, curve_between, methods_of, short_enough
 from synth.arrays import Array
 from synth.plan.preparation import Preparation
-from synth.response.spectrum import Complex, Demand, curves, points_for, solve_spectrum
+from synth.response.demand import Complex, Demand, curves, points_for
+from synth.response.spectrum import solve_spectrum
 from synth.surfaces.height_field import HeightField
 
 REFERENCE_TOLERANCE = 1e-8  # below the rounding of float32; a larger one would add to the errors of the best methods

@@ -20,10 +20,12 @@ import numpy as np
 from synth.arrays import Array
 from synth.plan.motion_peak import steady_peak
 from synth.plan.request import Request
+from synth.response.demand import Complex, curves, points_for
 from synth.response.lift_gate import gate
 from synth.response.reading_filter import ORDERS
 from synth.response.series_curve import SeriesCurve
-from synth.response.spectrum import Complex, Spectrum, curves, error_floor, points_for
+from synth.response.series_error import error_floor
+from synth.response.spectrum import Spectrum
 from synth.sampling.frame_solver import WITH_MEAN
 from synth.scene.output_section import Channel
 

@@ -34,7 +34,8 @@ from synth.plan.effect_choice import (
     relative_change,
     unfit,
 )
-from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
+from synth.response.demand import Demand, curves, points_for
+from synth.response.spectrum import solve_spectrum
 from synth.response.table_making import HEAVIEST
 from synth.scene.scene import Scene
 

@@ -23,7 +23,8 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.motion.scan_motion import ScanMotion
-from synth.response.spectrum import Demand, Spectrum, curves, points_for, solve_spectrum
+from synth.response.demand import Demand, curves, points_for
+from synth.response.spectrum import Spectrum, solve_spectrum
 from synth.sampling.frame_solver import MARGIN, MOST_TOGETHER
 from synth.scene.scene import Scene
 from synth.surfaces.height_field import HeightField

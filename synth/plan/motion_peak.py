@@ -32,10 +32,11 @@ from synth.motion.motion import LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
 from synth.plan.frame_plan import CURVE_READ, FRAME_SETUP, FramePlan, solution_nanoseconds, stride_of
 from synth.plan.request import Request
+from synth.response.demand import Demand, curves, points_for
 from synth.response.mean_approach import Mean
 from synth.response.phases import phase_step
 from synth.response.series_curve import SeriesCurve
-from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
+from synth.response.spectrum import solve_spectrum
 from synth.sampling.frame_solver import MARGIN, FrameSolver, Heights
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene

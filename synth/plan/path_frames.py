@@ -31,7 +31,8 @@ from synth.plan.frame_plan import FramePlan, counted, solution_nanoseconds, stri
 from synth.plan.request import Request
 from synth.plan.scene_table import entry_of
 from synth.plan.swing import MORE_FOLDS, Swing, changed_by, relative, turning_errors
-from synth.response.spectrum import DISCRETE_SHARE, FIRST_ORDER, Demand, changes, harmonics_of, points_for, remaining
+from synth.response.demand import Demand, harmonics_of, points_for
+from synth.response.discretisation import DISCRETE_SHARE, FIRST_ORDER, changes, remaining
 from synth.response.table_error import QUANTITIES
 from synth.response_cache import ResponseCache
 from synth.sampling.band_filter import SOLUTIONS

@@ -47,9 +47,10 @@ from synth.plan.scene_series import TIGHTEST, imperceptible, series_of, shaped_c
 from synth.plan.scene_table import kept_table, read_error
 from synth.plan.silence import above_band, silence_of
 from synth.plan.stretch import Stretch, on_whole, stretch_of
+from synth.response.demand import Demand
 from synth.response.mean_approach import Mean
 from synth.response.reading_filter import ORDERS
-from synth.response.spectrum import Demand, Spectrum
+from synth.response.spectrum import Spectrum
 from synth.response.table import ResponseTable
 from synth.response.table_error import QUANTITIES
 from synth.response_cache import SHARED, ResponseCache

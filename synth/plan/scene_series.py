@@ -20,8 +20,9 @@ from synth.plan.effects_preparation import PreparedEffects, shape_for
 from synth.plan.own_motion import pressed
 from synth.plan.request import Request
 from synth.plan.scene_table import entry_of
+from synth.response.demand import Demand, curves, points_for
 from synth.response.discretisation import fine_enough
-from synth.response.spectrum import SPECTRUM_FORM, Demand, Spectrum, curves, points_for, solve_spectrum
+from synth.response.spectrum import SPECTRUM_FORM, Spectrum, solve_spectrum
 from synth.response.table_making import HEAVIEST
 from synth.response_cache import ResponseCache
 

@@ -28,8 +28,8 @@ from synth.motion.scan_motion import ScanMotion
 from synth.plan.effects_preparation import shape_for
 from synth.plan.frame_plan import solution_nanoseconds
 from synth.plan.stretch import stretch_of
+from synth.response.demand import Demand
 from synth.response.reading_filter import ORDERS, reading_filter
-from synth.response.spectrum import Demand
 from synth.response.table import ResponseTable
 from synth.response.table_error import QUANTITIES
 from synth.response.table_file import table_bytes, table_of_bytes

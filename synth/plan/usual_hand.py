@@ -33,7 +33,8 @@ from synth.plan.effect_choice import outputs_of, refused_by_hand, with_added_sca
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.request import HAND_LOADS, HAND_SPEEDS, harmonics_below
 from synth.plan.scene_table import entry_of
-from synth.response.spectrum import Complex, Demand, Spectrum, curves, harmonics_of, points_for, solve_spectrum
+from synth.response.demand import Complex, Demand, curves, harmonics_of, points_for
+from synth.response.spectrum import Spectrum, solve_spectrum
 from synth.response_cache import SHARED, ResponseCache
 from synth.sampling.band_filter import SOLUTIONS
 from synth.scene.output_section import Channel

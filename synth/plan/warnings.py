@@ -27,7 +27,7 @@ from synth.perception.threshold import LARGEST_LINE, threshold_displacement
 from synth.plan.channels import PEAK
 from synth.plan.preparation import Preparation
 from synth.plan.request import harmonics_in_band
-from synth.response.spectrum import curves, points_for
+from synth.response.demand import curves, points_for
 from synth.scene.doubtful_values import doubts
 from synth.surfaces import profile_of
 

@@ -1,19 +1,106 @@
-"""The discretisation of a contact for frames and simulations, which read z between the places and loads of a grid.
+"""The discretisation of a contact: segments, columns or cells that are halved until their error has its share.
 
-Stage   RESPONSE. A series is refined further when it is solved (`spectrum`).
+Stage   RESPONSE. `spectrum` refines that of a series. Frames and simulations, which read z between the places and loads
+        of a grid, use `fine_enough`.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from synth.contact.forces import Response
 from synth.contact.load_balance import Contact
-from synth.response.spectrum import GOLDEN, Demand, changes, harmonics_of, points_for, remaining
+from synth.response.demand import GOLDEN, Complex, Demand, curves, harmonics_of, points_for
+from synth.response.series_error import error_floor
 
+if TYPE_CHECKING:
+    from synth.contact.area_forces import ForceOverArea
+
+    Source = Response | ForceOverArea
+
+MOST_WORK = 1 << 29  # phases times cells of the response: 1 to 10 s; where it is too little, the error is larger
+DISCRETE_SHARE = 0.3  # share of the tolerance for the discretisation, where there is one
+MOST_DISCRETE = 0.8  # share that it has where it cannot be finer, or only at a high cost; the phases keep the rest
+FINER_WORK = 8  # times the work of the last refinement: room for three more refinements
+JUDGED_PHASES = 384  # least number of phases at which a discretisation is tested; 3 per harmonic where that is more
+FIRST_ORDER = 0.5  # of the error remains when a discretisation is halved, for segments of a profile with corners
+UNSETTLED = 0.8  # largest assumed ratio of the next change to the last one: the error is then 4 times the last change
+DOUBT = 1.15  # times the error that the changes predict, where they fall faster: up to 1.1 was seen (denim, corduroy)
 FRAME_PHASES = 2048  # most phases at which that of frames is tested; 4 per harmonic where that is fewer
 JUDGED_WORK = 1 << 26  # phases times cells: a fraction of a second
+
+
+def finest_needed(coarse: Source, finer: Source, load: float, demand: Demand) -> tuple[Source, tuple[float, ...]]:
+    """Return the response on a discretisation that keeps its share of the tolerance, and the error that it leaves.
+
+    The discretisation is halved until the error that `remaining` returns is within its share of the tolerance. That is
+    MOST_DISCRETE for columns and cells, whose halving takes four times the work and more. The discretisation is judged
+    at phases that are no multiples of a segment, a column or a node.
+    """
+    count = max(JUDGED_PHASES, 3 * points_for(demand.total) // 4)
+    phases = (np.arange(count) + GOLDEN) / count
+    height = coarse.approach(phases, load)[0]
+    series, earlier = harmonics_of(height, demand.total), None
+    share = DISCRETE_SHARE if coarse.settles >= FIRST_ORDER else MOST_DISCRETE
+    settles = max(finer.settles, finer.begins)
+    while True:
+        height = finer.approach(phases, load, height)[0]
+        before, series = series, harmonics_of(height, demand.total)
+        changed, allowed = changes(before, series, demand, finer.scale_at(load), share=share)
+        left = remaining(changed, earlier, settles)
+        good = all(one <= most for one, most in zip(left, allowed, strict=True))
+        settles = settles if earlier is None else finer.settles
+        finest = finer.work_at(load) * count * FINER_WORK > MOST_WORK
+        following = None if good or finest or demand.is_still(height) else finer.refined()
+        if following is None:
+            return finer, left
+        finer, earlier = following, changed
+
+
+def remaining(changed: tuple[float, ...], earlier: tuple[float, ...] | None, settles: float) -> tuple[float, ...]:
+    """Return what error remains after the last halving of a discretisation.
+
+    changed, earlier: by the last halving and by the one before it; None: there was none.
+    settles: least part of the error that a halving leaves. At 1/2 the last change is the bound, because the error of
+        every continuous profile at least halves. Below 1/2 the errors are assumed to keep falling as the changes did,
+        with DOUBT.
+    """
+    if settles >= FIRST_ORDER or earlier is None:
+        return changed
+    parts = (
+        min(max(settles, one / before if before > 0.0 else settles), UNSETTLED)
+        for one, before in zip(changed, earlier, strict=True)
+    )
+    return tuple(DOUBT * one * part / (1.0 - part) for one, part in zip(changed, parts, strict=True))
+
+
+def changes(
+    before: Complex,
+    after: Complex,
+    demand: Demand,
+    scale: float,
+    usual: Complex | None = None,
+    share: float = DISCRETE_SHARE,
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the largest change of each order, and the share of the tolerance, both relative to the peak-to-peak.
+
+    usual: a series whose peak-to-peak is used instead where it is larger.
+    share: of the tolerance.
+    """
+    points, kept = points_for(demand.highest), demand.highest + 1
+    found, allowed = [], []
+    for order in demand.orders:
+        change = demand.largest(after - before, order)
+        extent = float(np.ptp(curves(after[:kept], order, points)))
+        if usual is not None:
+            extent = max(extent, float(np.ptp(curves(usual[:kept], order, points))))
+        found.append(change / extent if extent > 0.0 else 0.0)
+        floor = error_floor(scale, demand.highest, order)
+        allowed.append(share * demand.tolerance + (floor / extent if extent > 0.0 else 0.0))
+    return tuple(found), tuple(allowed)
 
 
 def fine_enough(contact: Contact, loads: tuple[float, ...], usual: float, demand: Demand) -> Contact:

@@ -23,7 +23,7 @@ from numba import types
 from numba.extending import intrinsic
 
 from synth.arrays import Array
-from synth.response.spectrum import Complex
+from synth.response.demand import Complex
 
 TAPS = 6  # coefficients per value
 FIRST = 2  # of the taps lie before the cell of the place

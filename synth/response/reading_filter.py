@@ -22,8 +22,8 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from synth.arrays import Array
+from synth.response.demand import Complex
 from synth.response.mip_levels import WIDTH
-from synth.response.spectrum import Complex
 
 ORDERS = {"displacement": 0, "approach": 0, "velocity": 1, "acceleration": 2}
 SAMPLES_A_PERIOD = 10  # samples of z in the shortest period of the band; with 5 the filter would be twice as long

@@ -19,7 +19,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.kernels import signed_kernel
-from synth.response.spectrum import Complex
+from synth.response.demand import Complex
 
 CELLS_A_HARMONIC = 8  # least number; with half as many the error is 4e-6 of the last harmonic
 FEWEST_CELLS = 16

@@ -21,9 +21,9 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
+from synth.response.demand import Complex
 from synth.response.mip_levels import MipLevels
 from synth.response.place_spline import TAPS
-from synth.response.spectrum import Complex
 
 QUANTITIES = ("displacement", "velocity", "acceleration")
 USUAL_LOAD = 0.3  # N: the error of a smaller motion is relative to that at this load, since it cannot be felt

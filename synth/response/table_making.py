@@ -22,10 +22,10 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.forces import Response
+from synth.response.demand import Complex
 from synth.response.load_grid import SolvedRows, first_loads, halfway, heaviest_row, solved_rows
 from synth.response.mip_levels import PLACES_A_HARMONIC, MipLevels
 from synth.response.place_spline import PADDING, padded, spline_coefficients
-from synth.response.spectrum import Complex
 from synth.response.table import ResponseTable, rounded
 from synth.response.table_error import (
     LEAST,

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from synth.arrays import Array
+from synth.response.demand import Complex
 from synth.response.reading_filter import DECIMALS, EXACT_DEGREE, ORDERS, ReadingFilter, responses, steps_of
-from synth.response.spectrum import Complex
 
 SOLUTIONS = 8  # per period of the band; 12 mostly reduce the folded error to a third to a half (docs/live-motion.md)
 EDGE = 2.0  # times the band: the frequency from which on nothing is left; a steeper edge requires a longer delay

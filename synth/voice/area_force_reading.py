@@ -28,7 +28,7 @@ from synth.plan.preparation import Preparation
 from synth.plan.request import HAND_SPEEDS
 from synth.plan.scene_table import band_of, bounds_for
 from synth.plan.swing import Swing, changed_by, folded_errors, turning_errors
-from synth.response.spectrum import Complex, curves, harmonics_of, points_for
+from synth.response.demand import Complex, curves, harmonics_of, points_for
 from synth.sampling.band_filter import SOLUTIONS
 from synth.sampling.chunks import Chunks, Solve
 from synth.sampling.direct_reader import DirectReader, direct_filters

@@ -24,8 +24,9 @@ from synth.effects.effect import AddedChannel, Passage
 from synth.effects.simulation.running import RESPONSE, Running, Signal
 from synth.plan.channels import PEAK, ROUNDING, STILL, spendable
 from synth.plan.preparation import Preparation
+from synth.response.demand import Complex, Demand, curves, points_for
 from synth.response.series_curve import SMALLEST, SeriesCurve
-from synth.response.spectrum import Complex, Demand, curves, points_for, solve_spectrum
+from synth.response.spectrum import solve_spectrum
 from synth.response_cache import ResponseCache
 from synth.voice.skin_wave import SkinFilter, SkinWave
 

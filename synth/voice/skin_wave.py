@@ -25,7 +25,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.kernels import signed_kernel
-from synth.response.spectrum import Complex
+from synth.response.demand import Complex
 
 BEST = 225.0  # Hz, middle of the 200 to 250 Hz at which vibration decays least (Manfredi et al., 2012)
 RISE = 0.2  # of the exponent away from BEST: 1.3 against 1.1, the two exponents of Manfredi et al. (2012), figure 3

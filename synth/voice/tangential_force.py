@@ -28,9 +28,10 @@ from synth.plan.channels import PEAK, ROUNDING, STILL, extent_and_peak, spendabl
 from synth.plan.preparation import Preparation
 from synth.plan.scene_series import SERIES_SHARE
 from synth.plan.scene_table import bounds_for, kept_table, read_error
+from synth.response.demand import Complex, Demand, curves, points_for
 from synth.response.lift_gate import gate
 from synth.response.series_curve import SMALLEST, SeriesCurve
-from synth.response.spectrum import Complex, Demand, Spectrum, curves, points_for, solve_spectrum
+from synth.response.spectrum import Spectrum, solve_spectrum
 from synth.response.table import ResponseTable
 from synth.response.table_reader import TableReader
 from synth.response_cache import ResponseCache

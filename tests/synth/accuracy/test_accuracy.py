@@ -22,7 +22,8 @@ from synth.errors import InvalidRequest
 from synth.perception.threshold import threshold_displacement
 from synth.plan.preparation import prepare
 from synth.plan.scene_table import read_error, table_of_scene
-from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
+from synth.response.demand import Demand, curves, points_for
+from synth.response.spectrum import solve_spectrum
 from synth.surfaces import profile_of
 from tests.few import thorough
 from tests.reference.kinds_oracle import approach

@@ -13,7 +13,7 @@ import numpy as np
 import ridgewave as rw
 from synth.contact.geometry import Geometry
 from synth.contact.stiffness import Stiffness
-from synth.response.spectrum import curves
+from synth.response.demand import curves
 from synth.scene.finger_section import Finger
 from synth.scene.scene import Scene
 from synth.surfaces import profile_of

@@ -15,7 +15,8 @@ from synth.plan import contact_choice, scene_table
 from synth.plan.frame_plan import solution_nanoseconds
 from synth.plan.preparation import prepare
 from synth.plan.scene_table import in_time
-from synth.response.spectrum import Demand, curves, harmonics_of, points_for, solve_spectrum
+from synth.response.demand import Demand, curves, harmonics_of, points_for
+from synth.response.spectrum import solve_spectrum
 from synth.response.table_error import QUANTITIES
 from synth.response.table_making import TableBounds, refined_making
 from synth.response_cache import ResponseCache

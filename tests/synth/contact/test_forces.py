@@ -16,7 +16,9 @@ from synth.contact.growing_contact import GrowingContact, Growth
 from synth.contact.load_balance import Contact
 from synth.contact.scene_contact import contact_of
 from synth.contact.stiffness import Stiffness
-from synth.response.spectrum import FLOOR, Demand, curves, points_for, solve_spectrum
+from synth.response.demand import Demand, curves, points_for
+from synth.response.series_error import FLOOR
+from synth.response.spectrum import solve_spectrum
 from tests.few import paired, thorough
 from tests.reference.pressure_oracle import Surfaces, balanced, power_mean, slope_mean
 from tests.synth.engine_cases import Real, random_document, scene_of, spread

@@ -12,7 +12,8 @@ from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
 from synth.contact.profile_solver import SegmentGrid
 from synth.contact.stiffness import Stiffness
-from synth.response.spectrum import Demand, solve_spectrum
+from synth.response.demand import Demand
+from synth.response.spectrum import solve_spectrum
 from synth.scene.scene import Scene
 from synth.surfaces.measured import MeasuredProfile
 from synth.surfaces.sinusoid import Sinusoid

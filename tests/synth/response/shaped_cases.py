@@ -8,7 +8,8 @@ import numpy as np
 
 from synth.contact.forces import Response
 from synth.contact.load_balance import Contact
-from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
+from synth.response.demand import Demand, curves, points_for
+from synth.response.spectrum import solve_spectrum
 from synth.response.table_making import TableBounds, make_table
 from tests.reference.shaped_contact_oracle import Pressed
 from tests.reference.slow_table_reading import sample

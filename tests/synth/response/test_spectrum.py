@@ -17,7 +17,9 @@ import pytest
 from synth.contact.load_balance import Contact
 from synth.contact.scene_contact import contact_of
 from synth.plan.preparation import Preparation, prepare
-from synth.response.spectrum import Demand, curves, error_floor, harmonics_of, points_for, solve_spectrum
+from synth.response.demand import Demand, curves, harmonics_of, points_for
+from synth.response.series_error import error_floor
+from synth.response.spectrum import solve_spectrum
 from synth.scene.scene import parse_scene
 from tests.few import paired
 from tests.synth.engine_cases import QUANTITIES, RATES, Real, random_document, scene_of, spread

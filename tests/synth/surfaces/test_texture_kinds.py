@@ -17,7 +17,8 @@ import ridgewave as rw
 from synth import LiveVoice
 from synth.contact.scene_contact import contact_of
 from synth.contact.stiffness import Stiffness
-from synth.response.spectrum import Demand, curves, solve_spectrum
+from synth.response.demand import Demand, curves
+from synth.response.spectrum import solve_spectrum
 from synth.surfaces import profile_of
 from synth.voice.hand_voice import HandVoice
 from tests.few import thorough

@@ -13,7 +13,8 @@ from scipy.special import erfc
 from synth.contact.scene_contact import contact_of
 from synth.plan.frame_plan import FramePlan
 from synth.plan.preparation import prepare
-from synth.response.spectrum import Demand, solve_spectrum
+from synth.response.demand import Demand
+from synth.response.spectrum import solve_spectrum
 from synth.sampling import frame_solver
 from synth.sampling.band_edge import edge_of
 from synth.scene.scene import Scene
