@@ -23,7 +23,7 @@ from service.problems import Problem
 from service.sessions.pacer import Behind, Pacer
 from synth.errors import shown
 from synth.motion.motion import Update
-from synth.scene.scan_section import is_turned
+from synth.scene.trajectory import is_turned
 
 HELLO_SECONDS = 10.0  # for the first message; a connection without one occupies a place
 CREDIT_SECONDS = 60.0  # of outstanding credit; with more, a change would be heard very late

@@ -28,8 +28,8 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.scene.point_spacing import merged_places, spaced_times
-from synth.scene.scan_section import Point
 from synth.scene.scene import Scene
+from synth.scene.trajectory import Point
 
 CLOSE_ENDS, LEAST_DURATION = 0.01, 2e-3  # of the output, s: a recording that ends as near as this ends with it
 CLOSE_LOOK = 8  # places between two points at which the largest speed is searched

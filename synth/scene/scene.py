@@ -24,12 +24,13 @@ from synth.scene.finger_section import Finger
 from synth.scene.output_section import Accuracy, Channel, Output
 from synth.scene.point_columns import in_order
 from synth.scene.rules import MOST_FAULTS, Fields, Quantity, Refusal
-from synth.scene.scan_section import CLOCK, LOWEST_LOAD, Scan, since
+from synth.scene.scan_section import Scan
 from synth.scene.section import Section, inner_section, plain, rule_of, section_schema
 from synth.scene.sound_scene import CALLED, HEAD_BYTES, document_in_sound, is_sound
 from synth.scene.text import json_text, object_from_text, pointer
 from synth.scene.texture_registry import with_files
 from synth.scene.texture_section import Texture
+from synth.scene.trajectory import CLOCK, LOWEST_LOAD, since
 
 
 class Scene(Section):

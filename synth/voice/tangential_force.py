@@ -18,113 +18,26 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array, Block
-from synth.contact.forces import FrictionForce, SlopeForce
 from synth.effects.effect import AddedChannel, Passage
 from synth.effects.simulation.running import PRESS, SLOPE, SLOPE_ACROSS, Running, Signal, gates_of
-from synth.errors import Fault, SceneError
 from synth.motion.motion import ACROSS, LOAD, SPEED
 from synth.motion.scan_motion import ScanMotion
-from synth.plan.channels import PEAK, ROUNDING, STILL, extent_and_peak, spendable
+from synth.plan.channels import PEAK, ROUNDING, STILL
 from synth.plan.preparation import Preparation
-from synth.plan.scene_series import SERIES_SHARE
-from synth.plan.scene_table import bounds_for, kept_table, read_error
-from synth.response.demand import Complex, Demand, curves, points_for
 from synth.response.lift_gate import gate
 from synth.response.series_curve import SMALLEST, SeriesCurve
-from synth.response.spectrum import Spectrum, solve_spectrum
-from synth.response.table import ResponseTable
 from synth.response.table_reader import TableReader
 from synth.response_cache import ResponseCache
-from synth.scene.finger_section import KINDS
 from synth.scene.line_scan import as_written
 from synth.surfaces.height_field import HeightField
-from synth.voice.area_force_reading import MovingForce, SolvedForces, of_cells, reader_of
+from synth.voice.area_force_reading import SolvedForces, reader_of
+from synth.voice.forces_of_scene import READ_AS, Force, Steady, forces_of, require_detail, sum_of_series
 from synth.voice.friction_direction import along_scan, directed, own_direction
 from synth.voice.table_reading import HandReader, ScanReader, TableChannels, delayed
 
 QUANTITY, QUANTITY_ACROSS = "tangential_force", "tangential_force_y"
-READ_AS = "displacement", "approach"  # how the tables are read: the slope force has no mean, friction has one
-LIVE_WORK, FILE_WORK = 2.0, 8.0  # times the work of a contact's table: a phase of friction takes ten times as long
-MOST_ERROR = 1.0  # of the peak-to-peak: a larger error is refused, if the table lacks harmonics in the band
 LEFT_BY_COARSER = 1.0  # error over the change by half the points or table: a force has slopes, of a lower order than z
 SIGNALS = (Signal(SLOPE, 0), Signal(SLOPE_ACROSS, 0))  # of a simulation, of each component
-
-
-@dataclass(frozen=True, slots=True)
-class Force:
-    """One force over place and load.
-
-    series: harmonics at the scan's load, without the mean, N; of a moving finger over an area those of a swing.
-    mean: over a period at that load, N.
-    error: relative to the peak-to-peak of the force.
-    table: for reading a motion along a line.
-    moving: for reading a motion over an area.
-    """
-
-    series: Complex
-    mean: float
-    error: float
-    table: ResponseTable | None = None
-    moving: MovingForce | None = None
-
-    @classmethod
-    def of(cls, solved: Preparation, force: Any, cache: ResponseCache) -> Force:
-        """Return `force` of a prepared scene, along a line or in a steady scan."""
-        highest, load = max(solved.highest, 1), solved.scene.scan.load
-        demand = Demand(highest, (0,), SERIES_SHARE * spendable(solved.tolerance))
-        key = ("force", force.key, load, demand)
-        spectrum: Spectrum = cache.get(key, lambda: solve_spectrum(force, load, demand))
-        series, error = spectrum.harmonics[: highest + 1].copy(), spectrum.errors[0]
-        mean, series[0] = float(series[0].real), 0.0
-        if not solved.moving:
-            return cls(series, mean, error)
-        work, rate = LIVE_WORK if solved.by_hand or solved.paced else FILE_WORK, solved.scene.output.sample_rate
-        table = kept_table(force, solved.scene, cache, work=work)
-        return cls(series, mean, read_error(table, READ_AS[0], rate, solved.reported_loads, highest), table)
-
-    @classmethod
-    def over_area(cls, solved: Preparation, force: Any, cache: ResponseCache) -> Force:
-        """Return `force` of a finger over an area."""
-        if solved.moving:
-            found = MovingForce.of(solved, force)
-            return cls(found.series, found.mean, found.error, moving=found)
-        steady = cls.of(solved, force, cache)
-        if force.refined() is not None:
-            return steady
-        return replace(steady, error=steady.error + of_cells(force, solved.scene.scan.load, len(steady.series) - 1))
-
-    @property
-    def left_over(self) -> float:
-        """The largest error (N) over a period."""
-        return self.error * extent_and_peak(self.series)[0]
-
-
-@dataclass(frozen=True, slots=True)
-class Steady:
-    """One component in a steady scan.
-
-    series: harmonics, without the mean, N.
-    level: the mean, N.
-    left_over: largest error, N.
-    """
-
-    series: Complex
-    level: float
-    left_over: float
-
-    @property
-    def extent(self) -> float:
-        """The peak-to-peak, N."""
-        return extent_and_peak(self.series)[0]
-
-    @property
-    def peak(self) -> float:
-        """The largest magnitude, N."""
-        return float(np.max(np.abs(curves(self.series, 0, 2 * points_for(len(self.series) - 1)) + self.level)))
-
-    def reader(self, lifted: float) -> tuple[SeriesCurve | None, float]:
-        """Return what reads it (None: nothing varies) and its mean (N), under the lift gate `lifted`."""
-        return SeriesCurve(lifted * self.series) if self.series.any() else None, lifted * self.level
 
 
 @dataclass(slots=True)
@@ -168,7 +81,7 @@ class TangentialStage:
         assert solved.effects is not None and solved.contact is not None and solved.spectrum is not None
         if solved.effects.simulation is not None:
             return cls(law, solved, (), None, (), _simulated_channels(solved, law))
-        slopes, friction = _forces(solved, law, cache)
+        slopes, friction = forces_of(solved, law, cache)
         scan, direction = solved.scene.scan, own_direction(solved.scene, law)
         mean = law.friction_coefficient * scan.load if friction is None else friction.mean
         components = []
@@ -177,10 +90,10 @@ class TangentialStage:
             if axis < len(slopes):
                 series, left = slopes[axis].series, slopes[axis].left_over
             if friction is not None:
-                series, left = _sum(series, way * friction.series), left + abs(way) * friction.left_over
+                series, left = sum_of_series(series, way * friction.series), left + abs(way) * friction.left_over
             aside = slopes[axis].mean if 0 < axis < len(slopes) else 0.0  # along the motion it is 0
             components.append(Steady(series, way * mean + aside, left))
-        _require_detail(solved, slopes, components)
+        require_detail(solved, slopes, components)
         lifted = float(gate(scan.load, scan.lift_load))
         steady: tuple[tuple[SeriesCurve | None, float], ...] = ()
         if not solved.moving:
@@ -290,58 +203,6 @@ class TangentialStage:
             state.reader.read(passage.frame, read)
         rows: list[Any] = list(read.T)
         return rows[:count], self.law.friction_coefficient * load if self.friction is None else rows[count]
-
-
-def _forces(solved: Preparation, law: Any, cache: ResponseCache) -> tuple[tuple[Force, ...], Force | None]:
-    """Return the slope force of each component that has one, and friction unless it is Coulomb's."""
-    whole: Any = solved.contact
-    powered = law.pressure_exponent != 1.0 and law.friction_coefficient > 0.0
-    friction = law.friction_coefficient, law.pressure_exponent, law.reference_pressure
-    if isinstance(whole.geometry.profile, HeightField):
-        from synth.contact.area_forces import AreaFriction, AreaSlopeForce
-
-        contact = _on_cells(solved)
-        slopes = tuple(Force.over_area(solved, AreaSlopeForce(contact, axis), cache) for axis in range(law.count))
-        return slopes, Force.over_area(solved, AreaFriction(contact, *friction), cache) if powered else None
-    if powered and not whole.of_one_line:
-        allowed = "1 under a fingertip, for which the pressure of each place is not computed"
-        others = " or ".join(f'"{name}"' for name, kind in KINDS.items() if not kind.of_area)
-        hint = f"Write a pressure_exponent of 1, or finger.kind {others}."
-        value = f"{law.pressure_exponent:g}"
-        raise SceneError([Fault("/effects/tangential/pressure_exponent", value, allowed, hint)])
-    contact = whole.as_profile()
-    slope = Force.of(solved, SlopeForce(contact), cache)
-    return (slope,), Force.of(solved, FrictionForce(contact, *friction), cache) if powered else None
-
-
-def _on_cells(solved: Preparation) -> Any:
-    """Return the contact over an area whose cells are solved: beside a layered table, that of other directions."""
-    source: Any = solved.contact if solved.direct is None else solved.direct.contact
-    return getattr(source, "contact", source)
-
-
-def _sum(one: Complex, other: Complex) -> Complex:
-    """Return the sum of two series."""
-    total = np.zeros(max(len(one), len(other)), complex)
-    total[: len(one)] = one
-    total[: len(other)] += other
-    return total
-
-
-def _require_detail(solved: Preparation, forces: tuple[Force, ...], components: list[Steady]) -> None:
-    """Raise SceneError where a table is read that lacks much of the band, of a force or of the motion beside it."""
-    if not any(one.table is not None for one in forces) or solved.highest <= bounds_for(solved.scene).harmonics:
-        return
-    of_force = components[0].left_over / components[0].extent if components[0].extent > 0.0 else 0.0
-    worst = max(of_force, *(one.error for one in solved.channels))
-    if worst <= MOST_ERROR:
-        return
-    allowed = f"an error of {MOST_ERROR:g} or less wherever speed or load change, where a table is read"
-    hint = (
-        "The texture has more detail than a table holds. Write a shorter texture, render a file at constant "
-        "speed and load, or leave tangential out."
-    )
-    raise SceneError([Fault("/effects/tangential", f"an error of {worst:.2g} of the peak-to-peak", allowed, hint)])
 
 
 def _channels(law: Any, components: list[Steady], lifted: float, method: str) -> tuple[AddedChannel, ...]:

@@ -89,7 +89,7 @@ from synth.effects.simulation.steps import (
     Z,
 )
 from synth.effects.simulation.terms import ELASTIC, HARDNESS, KEEP, Skin
-from synth.kernels import signed_kernel
+from synth.kernels import inner, signed_kernel
 from synth.motion.motion import NO_PATH
 
 BELOW = 1e-9  # of 1 + |z|: taken off the lower bound of z, so that rounding cannot put the bound above z
@@ -202,6 +202,74 @@ def point_seconds(law: Skin, *, in_rows: bool, attracts: bool) -> float:
     return (law.point_time + AREA_POINT * in_rows) * (ROOTS if attracts else 1.0)
 
 
+@inner
+def write_profile(points, phase, aside, direction, elements, keep, terms, nodes, pieces):
+    """Write the surface that meets the finger at the end of a step, and g of Model."""
+    rows, lattice, place = points
+    write_heights(rows, lattice, place, TURNS * np.float64(np.int64(phase)), aside, direction, nodes[SURFACE])
+    free_indentations(elements, keep, terms, nodes)
+    modified_profile(nodes, pieces)
+
+
+@inner
+def loads_of(numbers, load, when, new_part, spring, rests, before, share, scale):
+    """Return the load of the pressure of a step, and the load that balances it with the spring of the pulp, N.
+
+    rests, before: z_w (m) at the end of the step and before it; share: of the end in the force of the spring.
+    """
+    pressed = load - (1.0 - when) * (load - numbers[LOAD])
+    balanced = load - 0.5 * (load - numbers[LOAD]) if new_part < 1.0 else pressed
+    return pressed, balanced + spring * (scale * numbers[Z] - rests - (1.0 - share) * (before - rests))
+
+
+@inner
+def height_after(nodes, pieces, weights, window, balance, attraction, load, ahead, numbers):
+    """Return z before and after a step, relative to a1 + a2, and keep it in `numbers`.
+
+    balance: base and alpha of Model.
+    attraction: its part of the stiffness, and its reach; a reach of 0: there is none.
+    load: N.
+    ahead: how far the velocity leads in a step.
+    """
+    base, alpha, z0, earlier = balance[0], balance[1], numbers[Z], numbers[EARLIER:]
+    total, whole = sum_of(nodes[POINTS, window[2] : window[3] + 1], weights[window[2] : window[3]])
+    inside = 1.0 / (window[1] - window[0])
+    if attraction[1] > 0.0:
+        z, z0 = held_height(
+            nodes, pieces, weights, window, attraction, base, alpha, z0, z0 + ahead, whole * inside, load, numbers
+        )
+    else:
+        lowest = (total * inside - base + alpha * z0) / (whole * inside + alpha)  # the end pieces add at least 0
+        lowest -= BELOW * (1.0 + abs(lowest))
+        begin = 4.0 * (z0 + earlier[1]) - 6.0 * earlier[0] - earlier[2]  # cubic extrapolation from four
+        z = settled_height(nodes, pieces, weights, window, base, alpha, z0, begin, lowest)
+    if abs(z - z0) <= AT_REST * (1.0 + abs(z0)):
+        z = z0
+    earlier[2], earlier[1], earlier[0], numbers[Z] = earlier[1], earlier[0], z0, z
+    return z0, z
+
+
+@inner
+def write_slope_forces(points, nodes, pieces, weights, window, moved, forces, z, rates, with_force, out, i):
+    """Write the components of the slope force of step `i`, N.
+
+    points: rows, lattice and place of `SkinPoints`.
+    moved: where the pressure of the step belongs to: turns of the texture, across (m), and direction (rad).
+    forces: of all points (N), of the attraction (N), its reach, and the factor from heights over turns to slopes.
+    rates: working space [points].
+    """
+    rows, lattice, place = points
+    for component in range(with_force):
+        if component == 0:
+            write_rates(rows, lattice, place, TURNS * moved[0], moved[1], moved[2], rates)
+        else:
+            write_rates_across(rows, lattice, place, TURNS * moved[0], moved[1], moved[2], rates)
+        slope = forces[0] * slope_when_pressed(nodes, pieces, weights, window, rates, z)
+        if forces[2] > 0.0:
+            slope -= forces[1] * slope_when_pressed(nodes, pieces, weights, window, rates, z - forces[2])
+        out[SLOPE_FORCE if component == 0 else ACROSS_FORCE, i] = slope * forces[3]
+
+
 @signed_kernel(
     "void(f8[:,::1], f8[:,::1], f8[::1], f8[::1], f8[:,::1], f8[::1], f8[::1], f8, f8, f8[::1], f8[:,::1], i8, "
     "u8[::1], f8[::1], f8[:,:,::1], u8[::1], f8[::1], f8[:,::1], f8[::1], f8[:,::1])"
@@ -227,78 +295,48 @@ def run_steps(
     scale, period, mass, damping = contact[0], contact[1], contact[2], contact[3]
     coefficient, power, lightest, count = contact[4], contact[5], contact[6], rows.shape[1]
     spring, share = contact[7], 0.5 if mass > 0.0 else 1.0  # with a mass, the spring acts in the middle of a step
-    pull, reach = contact[8], contact[9] / scale
-    least = -np.inf if pull > 0.0 else lightest
+    pull, reach = contact[8], contact[9] / scale if contact[8] > 0.0 else 0.0
+    least, to_slopes = -np.inf if pull > 0.0 else lightest, 2.0 * math.pi * scale / period
     nodes, pieces, rates = np.empty((4, count)), np.empty((4, count - 1)), np.empty(count)
-    earlier = numbers[EARLIER:]
-    aside, direction = place[ASIDE], place[DIRECTION]
-    whole_weights, cut_at = weights, -1.0
-    weights = weights.copy()
+    aside, direction, points, cut_at = place[ASIDE], place[DIRECTION], (rows, lattice, place), -1.0
+    whole_weights, weights = weights, weights.copy()
     new_part = 0.5 if mass > 0.0 and when == 1.0 else 1.0  # share of this step's pressure in the pressure that balances
     for i in range(len(phases)):
         if path.shape[1] > 0:
             aside, direction = path[0, i], path[1, i]
         load = max(loads[i], least)
-        change = load - numbers[LOAD]
-        pressed = load - (1.0 - when) * change
-        balanced = load - 0.5 * change if new_part < 1.0 else pressed
-        balanced += spring * (scale * numbers[Z] - rests[i + 1] - (1.0 - share) * (rests[i] - rests[i + 1]))
+        pressed, balanced = loads_of(numbers, load, when, new_part, spring, rests[i + 1], rests[i], share, scale)
         part = part_of(span, max(pressed, lightest))
         window = window_of(part if rims.shape[1] == 0 else 1.0, count - 1)
         if rims.shape[1] > 0 and part != cut_at:
             cut_weights(whole_weights, rims, place[PIECES_ALONG], place[ROWS_ACROSS], part, weights)
             cut_at = part
-        first, last, inside = window[2], window[3], 1.0 / (window[1] - window[0])
         own = scale * head[HARDNESS] * coefficient * max(pressed, lightest) ** power * part ** span[3]
-        more = pull * part * part / reach  # N per mean of a1 + a2, as `own`
+        more = pull * part * part / reach if pull > 0.0 else 0.0  # N per mean of a1 + a2, as `own`
         full = own + more
-        write_heights(rows, lattice, place, TURNS * np.float64(np.int64(phases[i])), aside, direction, nodes[SURFACE])
-        free_indentations(elements, head[KEEP], terms, nodes)
-        modified_profile(nodes, pieces)
-        z0 = numbers[Z]
+        write_profile(points, phases[i], aside, direction, elements, head[KEEP], terms, nodes, pieces)
         moved = (1.0 - new_part) * numbers[PRESSING] + 2.0 * mass * numbers[SPEED] / step
         base = (balanced - moved) / (new_part * full)
         alpha = scale * ((2.0 * mass / step + damping) / step + share * spring) / (new_part * full)
-        total, whole = sum_of(nodes[POINTS, first : last + 1], weights[first:last])
-        if pull > 0.0:
-            law = more / full, reach
-            start = z0 + step * numbers[SPEED] / scale
-            z, z0 = held_height(
-                nodes, pieces, weights, window, law, base, alpha, z0, start, whole * inside, load, numbers
-            )
-        else:
-            lowest = (total * inside - base + alpha * z0) / (whole * inside + alpha)  # the end pieces add at least 0
-            lowest -= BELOW * (1.0 + abs(lowest))
-            begin = 4.0 * (z0 + earlier[1]) - 6.0 * earlier[0] - earlier[2]  # cubic extrapolation from four
-            z = settled_height(nodes, pieces, weights, window, base, alpha, z0, begin, lowest)
+        ahead, attraction = step * numbers[SPEED] / scale, (more / full, reach)
+        z0, z = height_after(nodes, pieces, weights, window, (base, alpha), attraction, load, ahead, numbers)
         held = pull == 0.0 or numbers[HELD] > 0.0
-        if abs(z - z0) <= AT_REST * (1.0 + abs(z0)):
-            z = z0
-        earlier[2], earlier[1], earlier[0], numbers[Z] = earlier[1], earlier[0], z0, z
         if mass > 0.0 and held:
             numbers[SPEED] = 2.0 * scale * (z - z0) / step - numbers[SPEED]
+        reaction = max(full * (base + alpha * (z - z0)), 0.0)
         if pull > 0.0:
             reaction, numbers[PRESSING] = forces_of(nodes, pieces, weights, window, own, more, reach, z, held)
         else:
             if new_part < 1.0:  # from the area: the value from the balance would carry rounding from step to step
                 reaction = full * modified_area(nodes, pieces, weights, z, window)[0]
-            else:
-                reaction = max(full * (base + alpha * (z - z0)), 0.0)
             numbers[PRESSING] = reaction
         remember(elements, terms, nodes, z)
         out[HEIGHT, i], out[REACTION, i], out[ATTACHED, i] = scale * z, reaction, 1.0 if held else 0.0
-        out[SLOPE_FORCE, i], out[ACROSS_FORCE, i] = 0.0, 0.0
-        for component in range(with_force if held else 0):
-            turned = np.float64(np.int64(phases[i])) - (1.0 - when) * np.float64(np.int64(phases[i] - phase[0]))
-            beside = aside - (1.0 - when) * (aside - numbers[BEFORE])
-            heading = direction - (1.0 - when) * (direction - numbers[BEFORE + 1])
-            if component == 0:
-                write_rates(rows, lattice, place, TURNS * turned, beside, heading, rates)
-            else:
-                write_rates_across(rows, lattice, place, TURNS * turned, beside, heading, rates)
-            slope = full * slope_when_pressed(nodes, pieces, weights, window, rates, z)
-            if pull > 0.0:
-                slope -= more * slope_when_pressed(nodes, pieces, weights, window, rates, z - reach)
-            out[SLOPE_FORCE if component == 0 else ACROSS_FORCE, i] = slope * 2.0 * math.pi * scale / period
+        out[SLOPE_FORCE, i], out[ACROSS_FORCE, i], late = 0.0, 0.0, 1.0 - when
+        if with_force > 0 and held:
+            turns, before = np.float64(np.int64(phases[i])), np.float64(np.int64(phases[i] - phase[0]))
+            beside = aside - late * (aside - numbers[BEFORE]), direction - late * (direction - numbers[BEFORE + 1])
+            there, forces = (turns - late * before, beside[0], beside[1]), (full, more, reach, to_slopes)
+            write_slope_forces(points, nodes, pieces, weights, window, there, forces, z, rates, with_force, out, i)
         numbers[BEFORE], numbers[BEFORE + 1] = aside, direction
         phase[0], numbers[LOAD] = phases[i], load

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from synth.errors import shown
-from synth.scene.scan_section import POINT_RULES
 from synth.scene.scene import FieldLine, parse_scene, scene_fields, scene_schema
+from synth.scene.trajectory import POINT_RULES
 from tests.synth.hard.bounds import merged
 from tests.synth.hard.ranges import FIELDS, Field
 from tests.synth.scene.scene_cases import at, faults_of

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from synth.scene.output_section import MOST_CHANNELS
-from synth.scene.scan_section import FEWEST_POINTS, MOST_POINTS
 from synth.scene.scene import parse_scene
+from synth.scene.trajectory import FEWEST_POINTS, MOST_POINTS
 from synth.voice.voice import open_voice
 from tests.synth.engine_cases import QUANTITIES, scene_of
 from tests.synth.scene.scene_cases import RISING, faults_of
