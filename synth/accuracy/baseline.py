@@ -160,7 +160,7 @@ class PointSum(Rule):
 
 def baseline_methods(case: Case) -> Iterator[Method]:
     """Yield the baseline as frames, then as tables, each with the fewest points first."""
-    if isinstance(case.contact.geometry.profile, HeightField):
+    if case.contact.geometry.over_area:
         return
     if not case.contact.of_one_line:
         for points, phases in AREA_SIZES:

@@ -43,7 +43,6 @@ from synth.response_cache import ResponseCache
 from synth.sampling.frame_solver import FrameSolver
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
-from synth.surfaces.height_field import HeightField
 from synth.voice.table_reading import HandReader, TableChannels
 
 DISTANCES = (4.0, 2.0, 1.0, 0.5, 0.25)  # of the columns of a fingertip, and of all its other numbers, to the usual ones
@@ -133,7 +132,7 @@ def methods_of(case: Case) -> Iterator[Method]:
     """Yield every method of ridgewave for `case`, from the slowest family to the fastest."""
     if case.contact.of_one_line:
         yield from _sampled(case)
-    elif not isinstance(case.contact.geometry.profile, HeightField):
+    elif not case.contact.geometry.over_area:
         yield from _columns(case)
     exact = case.contact.grid
     name = f"segments solver, {exact.segments} a period" if isinstance(exact, SegmentGrid) else exact.name

@@ -24,7 +24,6 @@ from synth.accuracy.motion import MotionCase
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.motion.scan_motion import ScanMotion
-from synth.surfaces.height_field import HeightField
 
 SIZES = tuple((25 * 2**power, 0.25 * 2 ** round(0.45 * power)) for power in range(7))
 """Points per ridge of a comb, and steps as a part of those of the plan."""
@@ -82,7 +81,7 @@ def without_baseline(case: MotionCase) -> Iterator[LeftOutMethod]:
         return
     if not case.contact.of_one_surface:
         yield LeftOutMethod(name, "baseline", "The load moves the ends of the contact, over which its sum is made.")
-    elif isinstance(case.contact.geometry.profile, HeightField) and (case.scene.scan.turned or case.scene.scan.turns):
+    elif case.contact.geometry.over_area and (case.scene.scan.turned or case.scene.scan.turns):
         yield LeftOutMethod(name, "baseline", "Its points are in rows along x, and the finger is turned.")
 
 

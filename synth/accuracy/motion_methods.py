@@ -34,7 +34,6 @@ from synth.response.demand import harmonics_of
 from synth.response.series_curve import SeriesCurve
 from synth.response.table_reader import TableReader
 from synth.sampling.frame_solver import Heights
-from synth.surfaces.height_field import HeightField
 from synth.voice.table_reading import ChannelReader, ScanReader, TableChannels
 
 RATIOS = (0.25, 0.5, 1.0, 2.0, 4.0)  # of the plan's steps or solutions
@@ -161,7 +160,7 @@ def _cells(case: MotionCase) -> Iterator[Method]:
     contact: Any = case.contact
     for times in CELLS[:-1]:
         larger = replace(contact, coarser=times * contact.coarser)
-        if isinstance(case.contact.geometry.profile, HeightField):
+        if case.contact.geometry.over_area:
             yield _resized(case, larger, f"cells, {100.0 * larger.coarser:.0f} % of the usual size", "cells")
         else:
             name = f"surface of the fingertip, {round(COLUMNS / larger.coarser)} columns a ridge"

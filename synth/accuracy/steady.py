@@ -23,7 +23,6 @@ from synth.arrays import Array
 from synth.plan.preparation import Preparation
 from synth.response.demand import Complex, Demand, curves, points_for
 from synth.response.spectrum import solve_spectrum
-from synth.surfaces.height_field import HeightField
 
 REFERENCE_TOLERANCE = 1e-8  # below the rounding of float32; a larger one would add to the errors of the best methods
 COLUMN_PHASES = 16  # phases per point at which the error of the reference's columns is judged
@@ -74,7 +73,7 @@ def _of_columns(case: Case) -> float:
 
 def _not_there(case: Case) -> Iterator[LeftOutMethod]:
     """Yield the methods that do not apply to this scene, with the reason."""
-    if isinstance(case.contact.geometry.profile, HeightField):
+    if case.contact.geometry.over_area:
         reason = "It solves a texture along a line, and this texture varies across it."
         for name, family in (("trapezoid and brentq", "baseline"), ("sampled solver", "sampled")):
             yield LeftOutMethod(name, family, reason)

@@ -112,7 +112,7 @@ class FingertipContact(Contact):
     @property
     def begins(self) -> float:  # type: ignore[override]
         """See `Contact`; over an area it is that of other fingers."""
-        return BEGINS_OVER_AREA if isinstance(self.geometry.profile, HeightField) else 0.0
+        return BEGINS_OVER_AREA if self.geometry.over_area else 0.0
 
     @classmethod
     def of_field(

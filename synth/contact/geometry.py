@@ -71,6 +71,11 @@ class Geometry:
         return replace(self, profile=cosine, texture_phase=0.0)
 
     @property
+    def over_area(self) -> bool:
+        """Whether the texture is a height field."""
+        return self.profile is not None and self.profile.of_area
+
+    @property
     def height_scale(self) -> float:
         """a1 + a2 in metres: the scale to which every error of the contact is relative."""
         return self.ridge_amplitude + self.texture_amplitude

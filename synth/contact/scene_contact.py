@@ -12,7 +12,6 @@ from synth.contact.stiffness import Stiffness
 from synth.scene.finger_section import Finger
 from synth.scene.scene import Scene
 from synth.surfaces import met_by
-from synth.surfaces.height_field import HeightField
 from synth.surfaces.profile import Profile
 
 
@@ -28,7 +27,7 @@ def contact_of(scene: Scene, profile: Profile | None = None, coarser: float = 1.
     finger, stiffness = scene.finger, Stiffness.of_scene(scene)
     geometry = Geometry.of_scene(scene) if profile is None else Geometry.of_surfaces(finger, met_by(scene, profile))
     line = Line(scene.scan.y, scene.scan.direction)
-    over_area = isinstance(geometry.profile, HeightField)
+    over_area = geometry.over_area
     if finger.kind == "probe" and over_area:
         from synth.contact.tip_on_area import TipOnArea
 

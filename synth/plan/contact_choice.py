@@ -26,7 +26,6 @@ from synth.plan.path_frames import cells_along_line, cells_along_path, first_cel
 from synth.plan.request import Request
 from synth.response.table_error import QUANTITIES
 from synth.response_cache import ResponseCache
-from synth.surfaces.height_field import HeightField
 
 
 def contact_in_cells(asked: Request, cache: ResponseCache, tolerance: float, *, file: bool) -> tuple[Contact, Array]:
@@ -35,7 +34,7 @@ def contact_in_cells(asked: Request, cache: ResponseCache, tolerance: float, *, 
     file: whether it takes the cells that `tolerance` requires, instead of those that can be solved in time.
     """
     geometry, none = Geometry.of_scene(asked.scene), np.zeros(len(QUANTITIES))
-    if isinstance(geometry.profile, HeightField):
+    if geometry.over_area:
         return _over_area(asked, cache, tolerance, none, file=file)
     return _on_line(asked, cache, none, line=on_line(asked, geometry), file=file)
 
@@ -47,7 +46,7 @@ def shape_in_cells(
 
     shaped, cells: the contact, and the error by the cells of the contact without the shape.
     """
-    if not isinstance(shaped.geometry.profile, HeightField) or not any(asked_effects(asked.scene, Kind.SHAPE)):
+    if not shaped.geometry.over_area or not any(asked_effects(asked.scene, Kind.SHAPE)):
         return shaped, cells
     none = np.zeros(len(QUANTITIES))
     if not file:
@@ -67,7 +66,7 @@ def _at_places(asked: Request) -> bool:
 
 def on_line(asked: Request, geometry: Geometry) -> bool:
     """Return whether a fingertip, which has columns, is on a texture along a line."""
-    return asked.scene.finger.traits.of_area and not isinstance(geometry.profile, HeightField)
+    return asked.scene.finger.traits.of_area and not geometry.over_area
 
 
 def _over_area(

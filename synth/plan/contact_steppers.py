@@ -70,7 +70,7 @@ def point_stepper(case: SimulationCase, terms: Terms, points: int, mean: Mean | 
 def slope_forces(case: SimulationCase) -> int:
     """Return how many components of the slope force the outputs of `case` read: along y only over an area."""
     outputs = outputs_of(case.scene)
-    over_area = isinstance(case.contact.geometry.profile, HeightField)
+    over_area = case.contact.geometry.over_area
     return int(bool(outputs)) + int(over_area and any(effect.reads_across(settings) for effect, settings in outputs))
 
 

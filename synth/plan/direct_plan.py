@@ -42,7 +42,6 @@ from synth.response_cache import ResponseCache
 from synth.sampling.band_filter import SOLUTIONS, band_filter
 from synth.scene.scene import Scene
 from synth.surfaces import profile_of
-from synth.surfaces.height_field import HeightField
 
 if TYPE_CHECKING:
     from synth.response.area_source import AreaSource
@@ -119,7 +118,7 @@ def follows_path(scene: Scene) -> bool:
 
     The texture must vary across. No effect may replace the response by a simulation, which covers one line only.
     """
-    return isinstance(profile_of(scene), HeightField) and not any(asked_effects(scene, Kind.BALANCE))
+    return profile_of(scene).of_area and not any(asked_effects(scene, Kind.BALANCE))
 
 
 def may_turn(scene: Scene) -> bool:
@@ -127,7 +126,7 @@ def may_turn(scene: Scene) -> bool:
 
     A probe is round, and no effect may simulate the line.
     """
-    line = not isinstance(profile_of(scene), HeightField) and not scene.finger.traits.round
+    line = not profile_of(scene).of_area and not scene.finger.traits.round
     return line and not any(asked_effects(scene, Kind.BALANCE))
 
 

@@ -27,7 +27,6 @@ from synth.response.demand import Demand, curves, points_for
 from synth.response.spectrum import Spectrum, solve_spectrum
 from synth.sampling.frame_solver import MARGIN, MOST_TOGETHER
 from synth.scene.scene import Scene
-from synth.surfaces.height_field import HeightField
 
 if TYPE_CHECKING:
     from synth.contact.area_forces import ForceOverArea
@@ -149,7 +148,7 @@ def counted(
 
 def solution_nanoseconds(contact: Contact | ForceOverArea) -> float:
     """Return the predicted processor time of a solution of `contact`, or of a force, ns."""
-    over = OVER_AREA if isinstance(contact.geometry.profile, HeightField) else 1.0
+    over = OVER_AREA if contact.geometry.over_area else 1.0
     return EXACT_CELL * over * contact.grid.cells
 
 

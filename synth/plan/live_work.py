@@ -19,7 +19,6 @@ from synth.plan.scene_table import COARSER, band_of, entry_of
 from synth.response_cache import ResponseCache
 from synth.sampling.band_filter import SOLUTIONS
 from synth.scene.scene import Scene
-from synth.surfaces.height_field import HeightField
 from synth.surfaces.profile import Profile
 
 FEWER = 0.5  # factor on the usual number of solutions over an area, where z is smoother, if FOLDED permits it
@@ -45,7 +44,7 @@ class Spread:
 
 def least_solutions(contact: Contact) -> float:
     """Return the least factor on the usual number of solutions."""
-    return FEWER if isinstance(contact.geometry.profile, HeightField) else 1.0
+    return FEWER if contact.geometry.over_area else 1.0
 
 
 def affordable(scene: Scene, cache: ResponseCache, profile: Profile | None = None) -> Contact:
@@ -57,7 +56,7 @@ def affordable(scene: Scene, cache: ResponseCache, profile: Profile | None = Non
     profile: as of `contact_of`.
     """
     fine = contact_of(scene, profile)
-    over = isinstance(fine.geometry.profile, HeightField)
+    over = fine.geometry.over_area
     limits = [(one, one * most) for one, most in COARSER_ON_LINE]
     if over:
         limits = [(one, MOST_TURNED * one**2) for one in COARSER]

@@ -32,7 +32,6 @@ from synth.response.series_curve import SeriesCurve
 from synth.sampling.frame_solver import WITH_MEAN, FrameSolver
 from synth.sampling.landing import MOST_FINER, pieces
 from synth.scene.scene import Scene
-from synth.surfaces.height_field import HeightField
 
 MEAN_SHARE = 50.0  # times the tolerance: the costly mean on a line over an area, whose error is then a twentieth of it
 OF_ACCELERATION = 0.03  # least part of the tolerance that the mean keeps for it: a load may pass its knots quickly
@@ -136,7 +135,7 @@ def own_mean(asked: SteadyScan, contact: Any, tolerance: float) -> Mean:
     loads, load, lift = asked.loads, pressed(asked.scene), asked.scene.scan.lift_load
     if over_area(asked):
         return mean_over_area(contact, loads, load, AREA_MEAN_TOLERANCE, AREA_PLACES, AREA_MEANS, lift)
-    if isinstance(contact.geometry.profile, HeightField):
+    if contact.geometry.over_area:
         tolerance = min(max(MEAN_SHARE * tolerance, MEAN_TOLERANCE), AREA_MEAN_TOLERANCE)
         return mean_curve(contact, loads, load, tolerance, AREA_PLACES, AREA_MEANS, lift)
     part = 1.0

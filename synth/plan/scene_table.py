@@ -40,7 +40,6 @@ from synth.scene.line_scan import turned_on_line
 from synth.scene.output_section import FULL_BAND
 from synth.scene.scene import Scene, parse_scene, scene_document
 from synth.scene.texture_registry import default_textures
-from synth.surfaces.height_field import HeightField
 
 RATE_SHARE = 0.35  # largest band of a table, as a part of the sample rate (mip levels end at 0.49)
 USUAL_BAND = 1000.0  # Hz: tables of wider bands have proportionally more harmonics, in fewer rows
@@ -86,7 +85,7 @@ def table_of_scene(
 def in_time(scene: Scene) -> Contact:
     """Return the contact of `scene`, over an area in the finest cells of COARSER whose table is made in MOST_MAKING."""
     contact, making = contact_of(scene), 1e-9 * AREA_SOLUTIONS
-    if not isinstance(contact.geometry.profile, HeightField):
+    if not contact.geometry.over_area:
         return contact
     fits = (one for one in COARSER if making * solution_nanoseconds(contact) <= MOST_MAKING * one**2)
     return contact_of(scene, coarser=next(fits, COARSER[-1]))

@@ -25,7 +25,6 @@ from synth.response_cache import kept
 from synth.scene.scene import Scene
 from synth.surfaces import profile_of
 from synth.surfaces.grooves import Grooves
-from synth.surfaces.height_field import HeightField
 from synth.surfaces.measured import MeasuredProfile
 from synth.surfaces.profile import Array, Profile
 
@@ -64,7 +63,7 @@ def stretch_of(scene: Scene, harmonics: int, most: int) -> Stretch | None:
         return None
     profile = profile_of(scene)
     profile = profile.profile if isinstance(profile, Grooves) else profile
-    if isinstance(profile, HeightField) or profile.cosine is not None or SMOOTH * profile.equivalent().period > length:
+    if profile.of_area or profile.cosine is not None or SMOOTH * profile.equivalent().period > length:
         return None
     return _roughest(profile, length, scene.finger.contact_length)
 

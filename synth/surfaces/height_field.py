@@ -27,6 +27,7 @@ class HeightField(Profile):
     across: period in y, m; `period` is that in x.
     """
 
+    of_area = True
     across: float
 
     @abstractmethod

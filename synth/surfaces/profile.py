@@ -58,11 +58,13 @@ class Profile(ABC):
     kind: its name in `texture.kind`.
     period: m.
     straight: whether it is straight between its corners.
+    of_area: whether it is a height field, which varies across the scan.
     """
 
     kind: str
     period: float
     straight = False
+    of_area = False
 
     @property
     @abstractmethod

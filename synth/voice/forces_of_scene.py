@@ -24,7 +24,6 @@ from synth.response.spectrum import Spectrum, solve_spectrum
 from synth.response.table import ResponseTable
 from synth.response_cache import ResponseCache
 from synth.scene.finger_section import KINDS
-from synth.surfaces.height_field import HeightField
 from synth.voice.area_force_reading import MovingForce, of_cells
 
 READ_AS = "displacement", "approach"  # how the tables are read: the slope force has no mean, friction has one
@@ -114,7 +113,7 @@ def forces_of(solved: Preparation, law: Any, cache: ResponseCache) -> tuple[tupl
     whole: Any = solved.contact
     powered = law.pressure_exponent != 1.0 and law.friction_coefficient > 0.0
     friction = law.friction_coefficient, law.pressure_exponent, law.reference_pressure
-    if isinstance(whole.geometry.profile, HeightField):
+    if whole.geometry.over_area:
         from synth.contact.area_forces import AreaFriction, AreaSlopeForce
 
         contact = _on_cells(solved)

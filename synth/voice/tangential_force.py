@@ -29,7 +29,6 @@ from synth.response.series_curve import SMALLEST, SeriesCurve
 from synth.response.table_reader import TableReader
 from synth.response_cache import ResponseCache
 from synth.scene.line_scan import as_written
-from synth.surfaces.height_field import HeightField
 from synth.voice.area_force_reading import SolvedForces, reader_of
 from synth.voice.forces_of_scene import READ_AS, Force, Steady, forces_of, require_detail, sum_of_series
 from synth.voice.friction_direction import along_scan, directed, own_direction
@@ -221,7 +220,7 @@ def _channels(law: Any, components: list[Steady], lifted: float, method: str) ->
 def _signals(solved: Preparation, law: Any) -> tuple[Signal, ...]:
     """Return the signals of a simulation: the slope force of each component that has one, and the pressure."""
     contact: Any = solved.contact
-    count = law.count if isinstance(contact.geometry.profile, HeightField) else 1
+    count = law.count if contact.geometry.over_area else 1
     return (*SIGNALS[:count], Signal(PRESS, 0))
 
 
