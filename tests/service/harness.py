@@ -200,6 +200,7 @@ class Child:
         kept = {name: value for name, value in os.environ.items() if not name.startswith("RIDGEWAVE_")}
         places = {"RIDGEWAVE_PORT": "0", "RIDGEWAVE_FILE_FOLDER": str(folder / "recordings")}
         places["RIDGEWAVE_PREPARE_TEXTURES"] = "off"
+        places["RIDGEWAVE_FULL_AT"] = "1"  # a busy machine refuses no stream
         with self.log.open("wb") as stderr:
             self.process = subprocess.Popen(
                 [sys.executable, "-m", module], cwd=ROOT, env={**kept, **places, **environment}, stderr=stderr

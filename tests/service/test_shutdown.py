@@ -35,6 +35,7 @@ class Follower:
     def _run(self, client: httpx.Client, path: str) -> None:
         try:
             with client.stream("GET", path, timeout=60.0) as answer:
+                answer.raise_for_status()
                 listener = Listener(answer)
                 first = listener.frames(4800)
                 self.started.set()

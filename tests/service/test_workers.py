@@ -277,7 +277,7 @@ def _streams(url: str) -> list[Follower]:
             client = stack.enter_context(httpx.Client(base_url=url, timeout=PATIENCE))
             session = client.post("/v1/sessions", json={}).json()["stream"]
             followers.append(Follower(client, f"{session}?format=f32le"))
-        assert all(follower.started.wait(60.0) for follower in followers)
+        assert all(follower.started.wait(60.0) for follower in followers), [one.error for one in followers]
         stack.pop_all()
     return followers
 
