@@ -61,9 +61,9 @@ def reference_of(case: Case) -> tuple[Complex, float]:
 
 
 def _of_columns(case: Case) -> float:
-    """Return the error of cells or columns that cannot be halved, by the change from those twice as large."""
+    """Return the error of cells or columns that no series refines, by the change from those twice as large."""
     larger = case.contact.doubled()
-    if larger is None or case.contact.refined() is not None:
+    if larger is None or case.contact.refines:
         return 0.0
     points = points_for(case.solved.highest)
     cases = replace(case, contact=larger), case

@@ -38,13 +38,9 @@ NO_DEPTH = 1e-300  # m: keeps a quotient finite where rounding leaves no contact
 
 @dataclass(frozen=True)
 class ForceOverArea(ForceDiscretisation, ABC):
-    """Base class of both forces.
-
-    contact: gives z and the pressure.
-    """
+    """Base class of both forces."""
 
     of_cosines: ClassVar[bool] = False
-    contact: Any
 
     @property
     @abstractmethod
@@ -88,6 +84,10 @@ class ForceOverArea(ForceDiscretisation, ABC):
     def on_line(self, line: Line) -> Self:
         """Return the force of a finger on another line."""
         return replace(self, contact=self.contact.on_line(line))
+
+    def doubled(self) -> Self:
+        """Return the force on cells twice as large."""
+        return replace(self, contact=self.contact.doubled())
 
     def solver(self, load: float) -> PhaseSolver:
         """Return the solver of the contact at `load` (N)."""

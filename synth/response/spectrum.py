@@ -80,11 +80,12 @@ def solve_spectrum(response: Source, load: float, demand: Demand, keep: int = 0)
         harmonics = np.zeros(keep + 1, dtype=np.complex128)
         harmonics[:2] = closed.mean, closed.first
         return Spectrum(harmonics, (1e-15,) * len(demand.orders), 0, True, "closed form")
-    coarse, finer = response, response.refined()
-    if finer is None and response.refines:  # it is the finest: larger ones show its error
-        coarse, finer = response.doubled(), response
-    if coarse is not None and finer is not None:
-        return _refined(coarse, finer, load, demand, keep)
+    finer = response.refined()
+    if finer is not None:
+        return _refined(response, finer, load, demand, keep)
+    larger = response.doubled() if response.refines else None
+    if larger is not None:  # it is the finest: the change from larger ones shows its error
+        return _refined(larger, response, load, demand, keep)
     return _grown(response, load, demand, keep, min(MOST_PHASES, max(256, MOST_WORK // response.work_at(load))))
 
 

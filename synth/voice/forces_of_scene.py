@@ -70,7 +70,7 @@ class Force:
             found = MovingForce.of(solved, force)
             return cls(found.series, found.mean, found.error, moving=found)
         steady = cls.of(solved, force, cache)
-        if force.refined() is not None:
+        if force.refines:
             return steady
         return replace(steady, error=steady.error + of_cells(force, solved.scene.scan.load, len(steady.series) - 1))
 
