@@ -28,7 +28,8 @@ def import_texture(
     """
     from service.compute.import_process import read_here
     from service.store.own_textures import own_store
-    from service.store.store import Quota, check_name, name_from_file
+    from service.store.store import Quota
+    from service.store.texture_names import check_name, name_from_file
     from synth.errors import Fault, InvalidRequest, shown
     from synth.surfaces.measurement.import_options import read_options
 

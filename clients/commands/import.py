@@ -12,7 +12,8 @@ from clients.command_line.exit_codes import DONE, invalid_request
 from clients.command_line.printing import print_json, print_table, say
 from service.compute.import_process import read_here
 from service.store.own_textures import own_store
-from service.store.store import Quota, check_name, name_from_file
+from service.store.store import Quota
+from service.store.texture_names import check_name, name_from_file
 from synth.encode.part_file import write_whole
 from synth.scene.quantity import Dimension, show_quantity
 from synth.surfaces.measurement.import_options import READERS, read_options

@@ -6,7 +6,8 @@ From the network inwards:
     connection         a connection: one task reads, one task writes
     conversation       the state machine of a connection, without I/O and without a clock
     actions            what the state machine requests of the connection
-    messages           the JSON Schemas of all messages, which are served, and check what clients send
+    messages           the JSON Schemas of all messages, which are served
+    message_checks     reads and checks what clients send, by these schemas
     server_messages    the text messages of the server
     contact_update     contact updates in binary and in JSON
     message_limits     how much a connection may send

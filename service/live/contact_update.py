@@ -18,6 +18,7 @@ import struct
 from typing import Any, NamedTuple
 
 from service.engine import HandVoice
+from service.live.message_checks import allowed_text, refused
 from service.live.messages import (
     LARGEST_DIRECTION,
     LARGEST_LOAD,
@@ -26,8 +27,6 @@ from service.live.messages import (
     LARGEST_TIME,
     V2,
     Version,
-    allowed_text,
-    refused,
 )
 from service.problems import Problem
 from synth.errors import shown

@@ -15,8 +15,9 @@ from typing import Any
 from service.live import contact_update, server_messages
 from service.live.actions import CODES, Action, Block, Close, Detach, Finish, OpenVoice, Prepare, Resume, Send
 from service.live.live_stream import LiveStream, Options
+from service.live.message_checks import NotJson, check_message, credit_of, message_of, refused
 from service.live.message_limits import EarlyMessages, MessageRate
-from service.live.messages import NotJson, Version, check_message, credit_of, message_of, refused
+from service.live.messages import Version
 from service.operations.metrics import Metrics
 from service.operations.settings import Settings
 from service.problems import Problem

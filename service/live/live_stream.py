@@ -21,7 +21,8 @@ from service.engine import Engine, HandVoice
 from service.live import server_messages
 from service.live.contact_update import Hand
 from service.live.live_metrics import StreamCounts
-from service.live.messages import LARGEST_BLOCK, SMALLEST_BLOCK, Version, refused
+from service.live.message_checks import refused
+from service.live.messages import LARGEST_BLOCK, SMALLEST_BLOCK, Version
 from service.live.replay_buffer import ReplayBuffer, kept_frames
 from service.live.silence_watchdog import SilenceWatchdog
 from service.operations.metrics import Metrics

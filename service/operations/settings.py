@@ -6,17 +6,23 @@ allowed values and its description; docs/settings.md has the same, and a test co
 
 from __future__ import annotations
 
-import ipaddress
-import math
 import os
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import Field, dataclass, field, fields
-from pathlib import Path
 from typing import Any
 
 from service.operations.root_path_setting import WithHint, read_root_path
-from service.unix_socket import LONGEST_PATH
+from service.operations.setting_readers import (
+    HOST,
+    existing_folder,
+    listed,
+    matching,
+    networks,
+    number,
+    origins,
+    socket_path,
+    whole,
+)
 from synth.errors import Fault, InvalidRequest, shown
 
 PREFIX = "RIDGEWAVE_"
@@ -36,77 +42,6 @@ def _setting(default: Any, read: Callable[[str], Any], allowed: str, sentence: s
     return field(default=default, metadata={"read": read, "allowed": allowed, "sentence": sentence})
 
 
-def _number(low: float, high: float) -> Callable[[str], float]:
-    """Return a reader of a number from `low` to `high`."""
-
-    def read(text: str) -> float:
-        number = float(text)
-        if not (math.isfinite(number) and low <= number <= high):
-            raise ValueError
-        return number
-
-    return read
-
-
-def _whole(low: int, high: int) -> Callable[[str], int]:
-    """Return a reader of a whole number from `low` to `high`."""
-
-    def read(text: str) -> int:
-        if not re.fullmatch(r"[0-9]{1,18}", text) or not low <= int(text) <= high:
-            raise ValueError
-        return int(text)
-
-    return read
-
-
-def _matching(pattern: str) -> Callable[[str], str]:
-    """Return a reader of text that matches `pattern`."""
-
-    def read(text: str) -> str:
-        if not re.fullmatch(pattern, text):
-            raise ValueError
-        return text
-
-    return read
-
-
-def _listed(pattern: str) -> Callable[[str], tuple[str, ...]]:
-    """Return a reader of words, separated by commas, that match `pattern`."""
-
-    def read(text: str) -> tuple[str, ...]:
-        items = tuple(item.strip() for item in text.split(",") if item.strip())
-        if not all(re.fullmatch(pattern, item) for item in items):
-            raise ValueError
-        return items
-
-    return read
-
-
-def _origins(text: str) -> tuple[str, ...]:
-    """Return origins as browsers send them: in small letters, without the port that the scheme implies."""
-    items = _listed(rf"https?://({_HOST})(:[0-9]{{1,5}})?")(text.lower())
-    return tuple(item.removesuffix(":443" if item.startswith("https:") else ":80") for item in items)
-
-
-def _networks(text: str) -> tuple[str, ...]:
-    items = tuple(item.strip() for item in text.split(",") if item.strip())
-    return tuple(str(ipaddress.ip_network(item)) for item in items)
-
-
-def _folder(text: str) -> str:
-    if "\0" in text or not Path(text).is_dir():
-        raise ValueError
-    return str(Path(text).resolve())
-
-
-def _socket_path(text: str) -> str:
-    path = os.path.abspath(text)
-    if "\0" in text or len(os.fsencode(path)) > LONGEST_PATH:
-        raise ValueError
-    return path
-
-
-_HOST = r"[A-Za-z0-9._-]+|\[[0-9A-Fa-f:.]+\]"
 _KEY = r"[\x21-\x2b\x2d-\x7e]{1,256}"
 
 
@@ -116,20 +51,20 @@ class Settings:
 
     host: str = _setting(
         "127.0.0.1",
-        _matching(r"[A-Za-z0-9._:-]+"),
+        matching(r"[A-Za-z0-9._:-]+"),
         "an address or a host name",
         "The address to listen on. Beyond loopback the service starts only with RIDGEWAVE_API_KEYS.",
     )
-    port: int = _setting(8000, _whole(0, 65535), "0 to 65535", "The port to listen on; 0 selects a free port.")
+    port: int = _setting(8000, whole(0, 65535), "0 to 65535", "The port to listen on; 0 selects a free port.")
     uds: str = _setting(
         "",
-        _socket_path,
+        socket_path,
         "the path of a Unix socket, of at most 100 bytes",
         "A Unix socket to listen on in place of address and port. Its mode is 0660: it is for this user and group.",
     )
     workers: int = _setting(
         1,
-        _whole(1, 64),
+        whole(1, 64),
         "1 to 64",
         "Server processes. With more than one, renders and live connections work, but sessions of plain HTTP do not.",
     )
@@ -141,43 +76,43 @@ class Settings:
     )
     node: str = _setting(
         "",
-        _matching(NODE_NAME),
+        matching(NODE_NAME),
         "1 to 32 letters, digits, _ and -",
         "The name of this process, if a proxy serves several. Ids of sessions begin with it: NODE.RANDOM.",
     )
     api_keys: tuple[str, ...] = _setting(
         (),
-        _listed(_KEY),
+        listed(_KEY),
         "keys of 1 to 256 visible ASCII characters, separated by commas",
         "The keys of callers. Each request must carry one as a Bearer token. If empty, no key is required.",
     )
     owner_keys: tuple[str, ...] = _setting(
         (),
-        _listed(rf"{OWNER_NAME}:{_KEY}"),
+        listed(rf"{OWNER_NAME}:{_KEY}"),
         "pairs OWNER:KEY, separated by commas; an owner is 1 to 32 small letters, digits and -; a key is as above",
         "Keys of owners with names, beside the keys above. An owner may have several keys, and keeps its textures.",
     )
     allowed_hosts: tuple[str, ...] = _setting(
         ("localhost", "127.0.0.1", "[::1]"),
-        _listed(rf"\*|{_HOST}"),
+        listed(rf"\*|{HOST}"),
         "host names without a port, separated by commas; * for every host, only together with RIDGEWAVE_API_KEYS",
         "The Host names that the service accepts, against DNS rebinding. Requests with other names are refused.",
     )
     allowed_origins: tuple[str, ...] = _setting(
         (),
-        _origins,
+        origins,
         "origins such as https://lab.example:8443, separated by commas",
         "Origins of other web pages that may use the service (CORS). The service's own pages always may.",
     )
     max_sessions: int = _setting(
         64,
-        _whole(1, 10_000),
+        whole(1, 10_000),
         "1 to 10000",
         "Sessions of a worker at a time, and as many live ones. Beyond: 503 with Retry-After, or close code 1013.",
     )
     full_at: float = _setting(
         0.9,
-        _number(0.1, 1.0),
+        number(0.1, 1.0),
         "0.1 to 1",
         "Part of the last second in which the event loop of a worker may have been busy. Beyond it, or where blocks "
         "are 20 ms late on average, new streams get 503 with Retry-After, or close code 1013. A worker always takes "
@@ -185,187 +120,193 @@ class Settings:
     )
     session_idle: float = _setting(
         300.0,
-        _number(0.05, 86_400),
+        number(0.05, 86_400),
         "0.05 to 86400 s",
         "A session without a reader, a play or a request for this long expires.",
     )
     max_renders: int = _setting(
-        64, _whole(1, 10_000), "1 to 10000", "Renders running or waiting at a time; further ones get 503."
+        64, whole(1, 10_000), "1 to 10000", "Renders running or waiting at a time; further ones get 503."
     )
     render_seconds_per_client: float = _setting(
         36_000.0,
-        _number(1.0, 1e9),
+        number(1.0, 1e9),
         "1 to 1000000000 s",
         "Predicted processor time of all renders under way of one key or address; beyond, 429 or 413.",
     )
     render_seconds: float = _setting(
         144_000.0,
-        _number(1.0, 1e9),
+        number(1.0, 1e9),
         "1 to 1000000000 s",
         "The same for all renders of a worker; beyond, 503 with Retry-After.",
     )
     solves_per_client: int = _setting(
         4,
-        _whole(1, 10_000),
+        whole(1, 10_000),
         "1 to 10000",
         "Long solves of one key or address at a time, for renders and for sessions separately. Others wait.",
     )
-    max_solves: int = _setting(8, _whole(1, 10_000), "1 to 10000", "The same for all clients of a worker.")
+    max_solves: int = _setting(8, whole(1, 10_000), "1 to 10000", "The same for all clients of a worker.")
     max_duration: float = _setting(
         3600.0,
-        _number(0.001, 86_400),
+        number(0.001, 86_400),
         "0.001 to 86400 s",
         "The longest render, the longest finite stream, and the longest recording of the file sink.",
     )
     max_body: int = _setting(
-        1_048_576, _whole(1024, 67_108_864), "1024 to 67108864 bytes", "The largest request body; beyond, 413."
+        1_048_576, whole(1024, 67_108_864), "1024 to 67108864 bytes", "The largest request body; beyond, 413."
     )
     stream_block: float = _setting(
-        0.02, _number(0.001, 0.1), "0.001 to 0.1 s", "Duration of one block of a stream or a play."
+        0.02, number(0.001, 0.1), "0.001 to 0.1 s", "Duration of one block of a stream or a play."
     )
     lead: float = _setting(
         0.25,
-        _number(0.0, 1.0),
+        number(0.0, 1.0),
         "0 to 1 s",
         "Time by which a stream is sent ahead of the clock. A change is heard after it; a slow network needs more.",
     )
     max_silence: float = _setting(
         0.25,
-        _number(0.01, 10.0),
+        number(0.01, 10.0),
         "0.01 to 10 s",
         "After this long without a contact update, the load of a live stream ramps to zero.",
     )
     max_updates: int = _setting(
         2000,
-        _whole(10, 100_000),
+        whole(10, 100_000),
         "10 to 100000 a second",
         "Messages of one live connection that are read per second. More wait, and the client waits with them.",
     )
     resume: float = _setting(
         10.0,
-        _number(0.0, 600.0),
+        number(0.0, 600.0),
         "0 to 600 s",
         "Time for which a live session can be resumed after its connection broke.",
     )
     slow_reader: float = _setting(
         1.0,
-        _number(0.05, 60.0),
+        number(0.05, 60.0),
         "0.05 to 60 s",
         "Time by which a real-time stream may be late because its client does not read; beyond, close code 4408.",
     )
     file_folder: str = _setting(
         "recordings",
-        _matching(r"[^\x00]+"),
+        matching(r"[^\x00]+"),
         "a folder",
         'The only folder that the file sink ("file:NAME") writes to. It is made when it is first needed.',
     )
     data_folder: str = _setting(
         "",
-        _matching(r"[^\x00]+"),
+        matching(r"[^\x00]+"),
         "a folder",
         "The folder of imported textures, and of tables. Unset, it is the platform's folder of the user's data.",
     )
     prepare_textures: str = _setting(
         "on",
-        _matching("on|off"),
+        matching("on|off"),
         "on or off",
         "Solve imported textures and the catalogue ahead, in one process of the lowest priority.",
     )
     max_import: int = _setting(
         134_217_728,
-        _whole(1024, 134_217_728),
+        whole(1024, 134_217_728),
         "1024 to 134217728 bytes",
         "The largest body of an import: the file of a surface with its form; beyond, 413.",
     )
     imports_per_client: int = _setting(
         8,
-        _whole(1, 10_000),
+        whole(1, 10_000),
         "1 to 10000",
         "Imports of one key or address uploading, waiting or being read at a time in a worker; beyond, 429.",
     )
     import_bytes_per_client: int = _setting(
         1 << 28,
-        _whole(1024, 1 << 40),
+        whole(1024, 1 << 40),
         "1024 to 1099511627776 bytes",
         "The bodies of these imports together; beyond, 429. One that is larger alone gets 413.",
     )
     max_imports: int = _setting(
-        64, _whole(1, 10_000), "1 to 10000", "Imports of all clients under way at a time in a worker; beyond, 503."
+        64,
+        whole(1, 10_000),
+        "1 to 10000",
+        "Imports of all clients under way at a time in a worker; beyond, 503.",
     )
     textures_per_key: int = _setting(
-        200, _whole(0, 1_000_000), "0 to 1000000", "Imported textures that one key may keep; beyond, 413."
+        200, whole(0, 1_000_000), "0 to 1000000", "Imported textures that one key may keep; beyond, 413."
     )
     texture_bytes_per_key: int = _setting(
         1 << 30,
-        _whole(0, 1 << 40),
+        whole(0, 1 << 40),
         "0 to 1099511627776 bytes",
         "The size of the imported textures that one key may keep, 4 bytes a point; beyond, 413.",
     )
     web: str = _setting(
         "",
-        _folder,
+        existing_folder,
         "an existing folder",
         "A folder with the web page at / and /vr, instead of the page that is part of ridgewave.",
     )
     cache_bytes: int = _setting(
         268_435_456,
-        _whole(0, 1 << 40),
+        whole(0, 1 << 40),
         "0 to 1099511627776 bytes",
         "Memory for solved contact responses, tables, surfaces and solvers, shared by all sessions of a process.",
     )
     live_bytes: int = _setting(
         1 << 30,
-        _whole(1 << 20, 1 << 40),
+        whole(1 << 20, 1 << 40),
         "1048576 to 1099511627776 bytes",
         "Memory of a worker for all sessions: voices, buffers, recordings. Beyond, new ones are refused (503, 1013).",
     )
     shutdown_timeout: int = _setting(
         1,
-        _whole(1, 3600),
+        whole(1, 3600),
         "1 to 3600 s, whole",
         "Time for unfinished answers after SIGTERM. Streams fade out and end at once, whatever the value.",
     )
     streams_per_key: int = _setting(
         512,
-        _whole(1, 100_000),
+        whole(1, 100_000),
         "1 to 100000",
         "Streams of one key in a worker at a time: live streams, HTTP streams and plays together; beyond, 429.",
     )
     streams_per_address: int = _setting(
-        512, _whole(1, 100_000), "1 to 100000", "The same for one address. All of loopback is one address."
+        512, whole(1, 100_000), "1 to 100000", "The same for one address. All of loopback is one address."
     )
     requests_per_second: float = _setting(
         500.0,
-        _number(0.1, 1e6),
+        number(0.1, 1e6),
         "0.1 to 1000000",
         "Requests per second, on average, of one address or key in a worker; beyond, 429 with Retry-After.",
     )
     request_burst: int = _setting(
-        1000, _whole(1, 1_000_000), "1 to 1000000", "Requests that one address or key may send at once, after a pause."
+        1000,
+        whole(1, 1_000_000),
+        "1 to 1000000",
+        "Requests that one address or key may send at once, after a pause.",
     )
     max_stream: float = _setting(
         86_400.0,
-        _number(0.05, 31_536_000),
+        number(0.05, 31_536_000),
         "0.05 to 31536000 s",
         "The longest live stream or HTTP stream without a duration. It ends with a fade.",
     )
     max_message: int = _setting(
-        65_536, _whole(1024, 16_777_216), "1024 to 16777216 bytes", "The largest message of a live connection."
+        65_536, whole(1024, 16_777_216), "1024 to 16777216 bytes", "The largest message of a live connection."
     )
     trusted_proxies: tuple[str, ...] = _setting(
         (),
-        _networks,
+        networks,
         "addresses or networks such as 10.0.0.0/8, separated by commas",
         "Proxies whose X-Forwarded-For names the caller. Without them, limits count the proxy's address.",
     )
     log_level: str = _setting(
         "info",
-        _matching("debug|info|warning|error"),
+        matching("debug|info|warning|error"),
         "debug, info, warning or error",
         "The lowest level that is logged.",
     )
     log_format: str = _setting(
-        "text", _matching("text|json"), "text or json", "Write each event as a plain line, or as a JSON object."
+        "text", matching("text|json"), "text or json", "Write each event as a plain line, or as a JSON object."
     )
 
     @property

@@ -12,16 +12,15 @@ Limits: WAL needs a local disk, not a network share. A call waits up to BUSY_SEC
 from __future__ import annotations
 
 import json
-import re
 import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field
-from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from synth.errors import CannotRender, Fault, InvalidRequest, NameTaken, SceneError, shown
+from service.store.texture_names import NAME, check_name, is_built_in, numbered
+from synth.errors import CannotRender, Fault, NameTaken, SceneError, shown
 from synth.scene.catalogue import EVERYDAY, FINGER, CatalogueEntry, catalogue_names, lookup
 
 if TYPE_CHECKING:  # a list of textures needs neither numpy nor scenes
@@ -29,8 +28,6 @@ if TYPE_CHECKING:  # a list of textures needs neither numpy nor scenes
 
 FILE = "textures.sqlite"
 GROUP = "Yours"  # of the list of textures
-NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,63}")
-ALLOWED_NAME = "1 to 64 small letters, digits and -, beginning with a letter or digit"
 BUSY_SECONDS = 20.0
 NO_ROOM = {sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY}
 UNREADABLE = (
@@ -222,7 +219,7 @@ class Store:
                     continue
                 free = next(
                     new
-                    for new in _numbered(name)
+                    for new in numbered(name)
                     if _row(database, owner, new) is None and (new == name or _row(database, former, new) is None)
                 )
                 change = "UPDATE textures SET owner = ?, name = ? WHERE owner = ? AND name = ?"
@@ -254,7 +251,7 @@ class Store:
         """
         texture = document.get("texture") if isinstance(document, Mapping) else None
         name = texture.get("kind") if isinstance(texture, Mapping) else None
-        if not isinstance(texture, Mapping) or not isinstance(name, str) or _is_built_in(name):
+        if not isinstance(texture, Mapping) or not isinstance(name, str) or is_built_in(name):
             return document
         found = self.find(owner, name)
         if found is None:
@@ -416,34 +413,3 @@ def _cached_surface(store: Store, address: str) -> SurfaceData | None:
         return kept(_read_surface)(store, address)
     except KeyError:
         return None
-
-
-def check_name(name: str) -> None:
-    """Raise InvalidRequest for a name that a stored texture may not have."""
-    if not NAME.fullmatch(name):
-        raise InvalidRequest([Fault("/name", shown(name), ALLOWED_NAME, "Write a name such as my-cloth.")])
-    if _is_built_in(name):
-        allowed = "a name that is no kind of texture and not in the catalogue"
-        raise InvalidRequest([Fault("/name", shown(name), allowed, f"Write another, such as my-{name}.")])
-
-
-def _numbered(name: str) -> Iterator[str]:
-    """Yield `name`, then the same with -2, -3 and so on; no name that is built in."""
-    yield name
-    for number in count(2):
-        made = f"{name[:50]}-{number}"
-        if not _is_built_in(made):
-            yield made
-
-
-def name_from_file(file: str) -> str:
-    """Return a name for the texture in `file`, made of its letters and digits."""
-    words = re.findall(r"[a-z0-9]+", Path(file).stem.lower())
-    name = "-".join(words)[:64].strip("-") or "texture"
-    return f"my-{name}"[:64] if _is_built_in(name) else name
-
-
-def _is_built_in(name: str) -> bool:
-    from synth.scene.texture_registry import kinds
-
-    return name in kinds() or name in catalogue_names()

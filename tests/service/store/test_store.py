@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from service.store.store import FILE, Quota, Store, StoredTexture, StoreFull, name_from_file
+from service.store.store import FILE, Quota, Store, StoredTexture, StoreFull
+from service.store.texture_names import name_from_file
 from synth.errors import CannotRender, InvalidRequest, NameTaken
 from synth.surfaces.surface_data import SurfaceData
 from tests.few import thorough
