@@ -199,3 +199,30 @@ def test_a_finger_that_is_still_is_not_solved_any_further() -> None:
     still, moving = solved("2 mm", 300.0), solved("2.3 mm", 0.3)
     assert still.phases <= 2048 and np.max(np.abs(still.harmonics[1:])) < 1e-9
     assert np.max(np.abs(moving.harmonics[1:])) > 1e-9 and moving.errors[0] <= 1e-3
+
+
+@pytest.mark.parametrize(
+    ("finger", "module", "finest", "finer"),
+    [
+        ("fingertip", "synth.contact.fingertip.FINEST", 0.5, 1.0 / 8.0),
+        ("comb", "synth.contact.load_balance.FINEST", 1 << 10, 1 << 14),
+    ],
+)
+def test_where_a_discretisation_cannot_be_finer_its_error_is_told(
+    finger: str, module: str, finest: float, finer: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = parse_scene({"finger": {"kind": finger}, "texture": {"kind": "grating", "period": "1 mm"}})
+    contact, demand = contact_of(scene, refines=True), Demand(12, ORDERS, 1e-7)
+    monkeypatch.setattr(module, finest)
+    while (smaller := contact.refined()) is not None:
+        contact = smaller
+    found = solve_spectrum(contact, 0.3, demand)
+    monkeypatch.setattr(module, finer)
+    while (smaller := contact.refined()) is not None:
+        contact = smaller
+    truth = brute(contact, 0.3, 12, 1 << 12)
+    for place, order in enumerate(ORDERS):
+        error, extent = distance(found.harmonics, truth, order)
+        assert 0.0 < found.discrete[place] < found.errors[place]
+        assert error <= found.errors[place] * extent
+        assert error > 1e-8 * extent  # there is something to tell
