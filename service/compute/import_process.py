@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from synth.surfaces.surface_data import SurfaceData
 
 AT_A_TIME = 2
+LOWER = 5  # nice value
 LONGEST_CPU = 90  # s of processor time; the largest text takes a minute on a slow machine
 LONGEST = 180.0  # s; a busy machine gives an import half of a processor or more
 MOST_MEMORY = 3 * 2**30  # bytes of address space: the largest surface takes 1.2 GB, and its libraries less than 1 GB
@@ -195,6 +196,7 @@ def _surface(path: Path, spacing: list[float]) -> SurfaceData:
 def main() -> None:
     """Read the request, import, and print the outcome."""
     set_bounds()
+    os.nice(LOWER)  # streams go first
     request = json.load(sys.stdin)
     with os.fdopen(os.dup(1), "wb") as answer:
         os.dup2(2, 1)  # what a library prints is no part of the answer

@@ -27,13 +27,14 @@ from synth.plan.direct_plan import PLACES as AREA_PLACES
 from synth.plan.frame_plan import FALL, PATIENCE, FramePlan
 from synth.plan.motion_peak import NEAR_MARGIN, differs_from_cruise, peaks_along
 from synth.plan.request import harmonics_in_band
-from synth.response.mean_approach import Mean, mean_curve, mean_over_area
+from synth.response.mean_approach import Mean, enough_places, mean_curve, mean_over_area
 from synth.response.series_curve import SeriesCurve
 from synth.sampling.frame_solver import WITH_MEAN, FrameSolver
 from synth.sampling.landing import MOST_FINER, pieces
 from synth.scene.scene import Scene
 
 MEAN_SHARE = 50.0  # times the tolerance: the costly mean on a line over an area, whose error is then a twentieth of it
+PLACES_SHARE = 0.1  # part of the tolerance for the mean over places, of a file over an area
 OF_ACCELERATION = 0.03  # least part of the tolerance that the mean keeps for it: a load may pass its knots quickly
 OF_BAND = 50.0  # that part, over the mean square of the frequencies of acceleration in bands: a knot reaches the band
 PIECE_SHARE = 0.15  # of the tolerance, for the folded error of pieces, and as much for what a landing leaves
@@ -133,11 +134,14 @@ def with_pieces(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mea
 def own_mean(asked: SteadyScan, contact: Any, tolerance: float) -> Mean:
     """Return the mean of z that the displacement of the request leaves out; `tolerance` is that of the scene."""
     loads, load, lift = asked.loads, pressed(asked.scene), asked.scene.scan.lift_load
-    if over_area(asked):
-        return mean_over_area(contact, loads, load, AREA_MEAN_TOLERANCE, AREA_PLACES, AREA_MEANS, lift)
     if contact.geometry.over_area:
+        both, places = over_area(asked), AREA_PLACES
+        if not asked.live:
+            places = enough_places(contact, load, PLACES_SHARE * tolerance, places, across=both)
         tolerance = min(max(MEAN_SHARE * tolerance, MEAN_TOLERANCE), AREA_MEAN_TOLERANCE)
-        return mean_curve(contact, loads, load, tolerance, AREA_PLACES, AREA_MEANS, lift)
+        mean: Any = mean_over_area if both else mean_curve
+        found: Mean = mean(contact, loads, load, tolerance, places, AREA_MEANS, lift)
+        return found
     part = 1.0
     if 2 in asked.orders:
         moved, pulled = (extent_and_peak(asked.series(order))[0] for order in (0, 2))

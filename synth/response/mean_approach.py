@@ -1,7 +1,7 @@
 """The mean of z over a texture period as a function of the load. Displacement is z minus this mean.
 
 Model   A cubic spline over the cube root of the load, over which the mean is smooth except for kinks. Intervals are
-        halved where the spline misses the mean halfway.
+        halved where the spline misses the mean halfway. It has a piece below the lift load and one above it.
 Limits  The error halfway between the loads, after the lift gate, is within MEAN_ERROR of the tolerance, from no load to
         the heaviest.
 """
@@ -10,14 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.response.lift_gate import gates
-from synth.surfaces.height_field import HeightField
 
 if TYPE_CHECKING:
     from synth.contact.area_path import AreaContact
@@ -32,6 +31,8 @@ MEAN_PHASES = 512  # phases per load, of a period that is solved as a series
 MEAN_ERROR = 1e-3  # largest error, relative to the tolerance times the peak-to-peak of z
 GOLDEN, NO_LOAD = 0.618033988749895, 1e-9  # turns across per place along; N, a load that the solver treats as none
 NARROWEST = 1e-4  # of the largest root: no narrower interval is halved; at the lightest loads an area is never smooth
+MOST_PLACES = 4096  # of a period over an area, at which z is averaged
+LIGHTER = 0.1  # part of the load at which the number of places is judged, too
 SPLINE_GAIN = 8.0  # least factor by which the error falls when an interval is halved; 16 in the limit
 
 
@@ -51,12 +52,17 @@ def mean_curve(
     fewest: least number of loads at which it is solved, before intervals are halved.
     lift: load (N) below which the lift gate fades the output, and so the error of the mean; 0: at no load.
     """
+    lightest = loads[0] if loads[0] == loads[1] else 0.0
+    return mean_of(_along(contact), (lightest, loads[1]), load, tolerance, places, fewest, lift)
+
+
+def _along(contact: Contact) -> Heights:
+    """Return z on the line of `contact`."""
 
     def heights(phases: Array, w: float) -> Array:
         return contact.heights(phases, np.full(len(phases), w)) if w > 0.0 else contact.approach(phases, 0.0)[0]
 
-    lightest = loads[0] if loads[0] == loads[1] else 0.0
-    return mean_of(heights, (lightest, loads[1]), load, tolerance, places, fewest, lift)
+    return heights
 
 
 def mean_over_area(
@@ -72,18 +78,38 @@ def mean_over_area(
 
     The arguments are those of `mean_curve`. The places across follow from those along by the golden ratio.
     """
-    texture = contact.geometry.profile
-    assert isinstance(texture, HeightField)
-    across = texture.across
+    lightest = loads[0] if loads[0] == loads[1] else 0.0
+    return mean_of(_over_both(contact), (lightest, loads[1]), load, tolerance, places, fewest, lift)
+
+
+def _over_both(contact: Any) -> Heights:
+    """Return z at places along, each at another place across, at the direction of the line of `contact`."""
+    texture, line = contact.geometry.profile, contact.line
 
     def heights(phases: Array, w: float) -> Array:
         path = np.empty((2, len(phases)))
-        path[0], path[1] = GOLDEN * np.arange(len(phases)) % 1.0 * across, contact.line.direction
+        path[0], path[1] = GOLDEN * np.arange(len(phases)) % 1.0 * texture.across, line.direction
         return contact.heights(phases, np.full(len(phases), max(w, NO_LOAD)), path)
 
-    return mean_of(
-        heights, (loads[0] if loads[0] == loads[1] else 0.0, loads[1]), load, tolerance, places, fewest, lift
-    )
+    return heights
+
+
+def enough_places(contact: Any, load: float, error: float, places: int, *, across: bool) -> int:
+    """Return at how many places the mean of z over a period keeps `error`, relative to the peak-to-peak of z.
+
+    load: N, the largest one. places: to begin with; they are doubled up to MOST_PLACES.
+    across: whether the mean is that of both periods.
+    """
+    heights = _over_both(contact) if across else _along(contact)
+    while places < MOST_PLACES:
+        missed = []
+        for w in (load, LIGHTER * load):
+            few, many = (heights(np.arange(count) / count, w) for count in (places, 2 * places))
+            missed.append(abs(float(np.mean(many) - np.mean(few))) / max(float(np.ptp(many)), 1e-300))
+        if max(missed) <= error:
+            break
+        places *= 2
+    return places
 
 
 def mean_of(
@@ -96,8 +122,6 @@ def mean_of(
     lift: float = 0.0,
 ) -> Mean:
     """Return the mean of `heights` as `mean_curve` does, between two loads (N). Below these it is constant."""
-    from scipy.interpolate import CubicSpline
-
     theta = np.arange(places) / places
 
     def means(roots: Array) -> Array:
@@ -107,19 +131,51 @@ def mean_of(
     if lightest == heaviest:
         return partial(np.full_like, fill_value=means(np.cbrt([heaviest]))[0])
     least, most = np.cbrt(lightest), np.cbrt(max(heaviest, 1e-12))
-    roots = np.linspace(least, most, fewest)
+    extent = MEAN_ERROR * tolerance * float(np.ptp(heights(theta, load)))
+    kink = np.cbrt(lift)
+    if not least < kink < most:
+        return _spline(means, (least, most), extent, fewest, lift)
+    ends = (least, kink), (kink, most)
+    return MeanPieces(kink, *(_spline(means, pair, extent, fewest, lift) for pair in ends))
+
+
+def _spline(
+    means: Callable[[Array], Array], ends: tuple[float, float], error: float, fewest: int, lift: float
+) -> MeanSpline:
+    """Return the spline of `means` between two roots; error: the largest after the lift gate, m."""
+    from scipy.interpolate import CubicSpline
+
+    roots = np.linspace(*ends, fewest)
     values, halved = means(roots), np.arange(fewest - 1)
-    allowed = MEAN_ERROR * tolerance * float(np.ptp(heights(theta, load))) + 1e-14 * float(np.max(np.abs(values)))
+    allowed = error + 1e-14 * float(np.max(np.abs(values)))
     while len(halved) and len(roots) < MOST_MEANS:
         between = 0.5 * (roots[halved] + roots[halved + 1])
         more = means(between)
         heard = gates(between**3, lift) if lift else 1.0
         missed = heard * np.abs(CubicSpline(roots, values)(between) - more)
         roots, values = np.insert(roots, halved + 1, between), np.insert(values, halved + 1, more)
-        wide = between - roots[halved + np.arange(len(halved))] > NARROWEST * most
+        wide = between - roots[halved + np.arange(len(halved))] > NARROWEST * ends[1]
         halves = (halved + np.arange(len(halved)))[wide & (missed > SPLINE_GAIN * allowed)]
         halved = np.sort(np.concatenate([halves, halves + 1]))
     return MeanSpline(roots, values)
+
+
+class MeanPieces:
+    """The mean of z below and above the lift load, at which a contact that grows has a kink.
+
+    kink: w^(1/3) of the lift load.
+    """
+
+    def __init__(self, kink: float, below: MeanSpline, above: MeanSpline) -> None:
+        self.kink, self.below, self.above = kink, below, above
+
+    def __call__(self, wanted: Array) -> Array:
+        """Return the mean of z (m) at `wanted` w^(1/3) (N^(1/3))."""
+        found = self.above(wanted)
+        low = wanted < self.kink
+        if np.any(low):
+            found[low] = self.below(wanted[low])
+        return found
 
 
 class MeanSpline:

@@ -79,7 +79,14 @@ def spaced_times(times: Array) -> Array:
 
 
 def largest_speed(points: Sequence[tuple[float, ...]]) -> float:
-    """Return the largest mean speed (m/s) between successive positions, or places over an area, after merging."""
+    """Return the largest mean speed (m/s) between successive positions, or places over an area, after merging.
+
+    It is negative where the fastest step between two positions is backwards.
+    """
     recorded = np.array(points).T
-    times, places = merged_places(recorded[0], recorded[1:2] if len(recorded) == 3 else recorded[1:3])
-    return float(np.max(np.hypot.reduce(np.diff(places), axis=0) / np.diff(times)))
+    if len(recorded) > 3:
+        times, places = merged_places(recorded[0], recorded[1:3])
+        return float(np.max(np.hypot.reduce(np.diff(places), axis=0) / np.diff(times)))
+    times, places = merged_places(recorded[0], recorded[1:2])
+    speeds = np.diff(places[0]) / np.diff(times)
+    return float(speeds[np.argmax(np.abs(speeds))])
