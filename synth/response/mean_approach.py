@@ -89,7 +89,7 @@ def _over_both(contact: Any) -> Heights:
     def heights(phases: Array, w: float) -> Array:
         path = np.empty((2, len(phases)))
         path[0], path[1] = GOLDEN * np.arange(len(phases)) % 1.0 * texture.across, line.direction
-        return contact.heights(phases, np.full(len(phases), max(w, NO_LOAD)), path)
+        return np.asarray(contact.heights(phases, np.full(len(phases), max(w, NO_LOAD)), path))
 
     return heights
 
