@@ -60,7 +60,9 @@ class TangentialSettings(Section):
         default=1e-3, description="Speed u0 within which friction changes direction (unverified default)."
     )
     full_scale: Annotated[float | None, Quantity(Dimension.LOAD, 1e-12, 1e6)] = Field(
-        default=None, description="Force that a sample of 1.0 stands for; null: the steady peak becomes 0.8."
+        default=None,
+        description="Force that a sample of 1.0 stands for; null: the steady peak becomes 0.8, and in a file of a "
+        "stroke or a recording the peak of its own motion.",
     )
 
     @property

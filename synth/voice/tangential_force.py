@@ -19,10 +19,11 @@ import numpy as np
 
 from synth.arrays import Array, Block
 from synth.effects.effect import AddedChannel, Passage
-from synth.effects.simulation.running import PRESS, SLOPE, SLOPE_ACROSS, Running, Signal, gates_of
+from synth.effects.simulation.running import PRESS, SLOPE, SLOPE_ACROSS, Running, Signal, Simulation, gates_of
 from synth.motion.motion import ACROSS, LOAD, SPEED
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.channels import PEAK, ROUNDING, STILL
+from synth.plan.pilot_run import LONGEST_OWN
 from synth.plan.preparation import Preparation
 from synth.response.lift_gate import gate
 from synth.response.series_curve import SMALLEST, SeriesCurve
@@ -35,6 +36,8 @@ from synth.voice.friction_direction import along_scan, directed, own_direction
 from synth.voice.table_reading import HandReader, ScanReader, TableChannels, delayed
 
 QUANTITY, QUANTITY_ACROSS = "tangential_force", "tangential_force_y"
+SMALL = 0.01  # of the force along the motion: a smaller steady force is no measure of its error
+TOGETHER = 1 << 16  # frames of a file that are read at once to find its level
 LEFT_BY_COARSER = 1.0  # error over the change by half the points or table: a force has slopes, of a lower order than z
 SIGNALS = (Signal(SLOPE, 0), Signal(SLOPE_ACROSS, 0))  # of a simulation, of each component
 
@@ -78,8 +81,10 @@ class TangentialStage:
     def of(cls, solved: Preparation, law: Any, cache: ResponseCache) -> TangentialStage:
         """Return the stage of a prepared scene. The scene must not be silent."""
         assert solved.effects is not None and solved.contact is not None and solved.spectrum is not None
+        of_file = solved.moving and not (solved.live or solved.by_hand)
         if solved.effects.simulation is not None:
-            return cls(law, solved, (), None, (), _simulated_channels(solved, law))
+            simulated = cls(law, solved, (), None, (), _simulated_channels(solved, law))
+            return simulated.levelled() if of_file else simulated
         slopes, friction = forces_of(solved, law, cache)
         scan, direction = solved.scene.scan, own_direction(solved.scene, law)
         mean = law.friction_coefficient * scan.load if friction is None else friction.mean
@@ -100,7 +105,45 @@ class TangentialStage:
         method = "solved forces" if slopes[0].moving else "response table of the force"
         if steady:
             method = SeriesCurve(slopes[0].series).name
-        return cls(law, solved, slopes, friction, steady, _channels(law, components, lifted, method))
+        stage = cls(law, solved, slopes, friction, steady, _channels(law, components, lifted, method))
+        return stage.levelled() if of_file and slopes[0].table is not None else stage
+
+    def levelled(self) -> TangentialStage:
+        """Return the stage of a file with the full scale of its own motion, where the scene sets none.
+
+        Where the steady force of a simulation is small beside it, peak-to-peak and error are those of the motion, too.
+        """
+        assert self.solved.effects is not None
+        plan = self.solved.effects.simulation
+        moved = self._along(None if plan is None else plan.simulation)
+        extents, peak, found = np.ptp(moved, axis=0), float(np.max(np.abs(moved))), []
+        small = plan is not None and all(one.extent < SMALL * np.max(extents) for one in self.channels)
+        changed = np.zeros(len(extents))
+        if plan is not None and small:
+            finer, *pair = (self._along(replace(one, scene=self.solved.scene)) for one in (plan.finer, *plan.coarser))
+            changed = 4.0 / 3.0 * np.max(np.abs(finer - moved), axis=0)
+            if pair:
+                changed += LEFT_BY_COARSER * np.max(np.abs(pair[1] - pair[0]), axis=0)
+            changed = changed / np.max(extents) + plan.filtered
+        for one, extent, error in zip(self.channels, extents.tolist(), changed.tolist(), strict=True):
+            scale = one.full_scale * peak / PEAK
+            if self.law.full_scale is not None or scale <= STILL:
+                scale = one.full_scale
+            own = replace(one, extent=one.full_scale * extent, error=error + ROUNDING) if small else one
+            found.append(replace(own, full_scale=scale))
+        return replace(self, channels=tuple(found))
+
+    def _along(self, simulation: Simulation | None) -> Block:
+        """Return the channels of a file along its own motion, or along LONGEST_OWN of a simulated one."""
+        scene, running = self.solved.scene, None if simulation is None else Running(simulation, self.signals)
+        seconds = scene.output.duration if running is None else min(scene.output.duration, LONGEST_OWN)
+        found = np.zeros((max(1, round(seconds * scene.output.sample_rate)), len(self.channels)), np.float32)
+        state, motion = self.start(0), ScanMotion(scene)
+        for first in range(0, len(found), TOGETHER):
+            block = found[first : first + TOGETHER]
+            signals = None if running is None else running.along(first, len(block))
+            self.step(state, Passage(first, 0, 0, motion.at(first, len(block)), False, signals, 0, 0, ()), block)
+        return found
 
     @property
     def signals(self) -> tuple[Signal, ...]:

@@ -192,3 +192,21 @@ def test_a_hand_plays_a_finger_whose_motion_cancels_in_full_contact(length: str,
     voice = open_voice(scene, live=True)
     force = voice.render(4800, Motion.of(4800, speed=0.08, load=0.3))[2400:, -1] * voice.full_scale[-1]
     assert np.mean(force) == pytest.approx(0.5 * 0.3, rel=1e-3), "friction remains"
+
+
+@pytest.mark.parametrize("mass", [{}, {"inertia": {}}], ids=["read", "simulated"])
+def test_a_file_of_a_force_has_the_level_of_its_own_motion(mass: dict[str, Any]) -> None:
+    """At full speed the texture has no line in the band."""
+    points = [[0.0, 0.0, 0.2], [0.05, 0.003, 0.2], [0.1, 0.012, 0.2], [0.15, 0.03, 0.2]]
+    scene = parse_scene(
+        {
+            "texture": {"period": 150e-6, "amplitude": 3e-6},
+            "scan": {"trajectory": points},
+            "effects": {"tangential": {"friction_coefficient": 0}, **mass},
+            "output": {"sample_rate": RATE, "bandwidth": 1000},
+        }
+    )
+    voice = open_voice(scene)
+    peak = np.max(np.abs(voice.render(round(scene.output.duration * RATE))[:, -1]))
+    assert 0.78 <= peak <= 0.82
+    assert voice.plan.estimated_error[FORCE] <= 1e-2
