@@ -39,6 +39,7 @@ from synth.scene.catalogue import catalogue
 from synth.scene.line_scan import turned_on_line
 from synth.scene.output_section import FULL_BAND
 from synth.scene.scene import Scene, parse_scene, scene_document
+from synth.scene.text import json_text
 from synth.scene.texture_registry import default_textures
 
 RATE_SHARE = 0.35  # largest band of a table, as a part of the sample rate (mip levels end at 0.49)
@@ -137,7 +138,7 @@ def entry_of(scene: Scene, response: Response, decided_by: Hashable, form: FileF
     cells = {name: getattr(response, name) for name in ("coarser", "refines") if hasattr(response, name)}
     if response.key != contact_of(scene, **cells).key:
         return None
-    texture = json.dumps(document["texture"], sort_keys=True)
+    texture = _written(document["texture"])
     imported = {"kind": scene.texture.kind, "surface": scene.texture.surface}
     if texture not in _known_textures() and (
         scene.texture.surface is None or document["texture"] != _texture_document(imported)
@@ -156,10 +157,15 @@ def _texture_document(texture: dict[str, Any]) -> Any:
 
 
 @cache
-def _known_textures() -> frozenset[str]:
+def _known_textures() -> frozenset[bytes]:
     """Return the textures of the catalogue and of each kind without fields, as `entry_of` compares them."""
     named = [*(entry.document for entry in catalogue()), *default_textures()]
-    return frozenset(json.dumps(_texture_document(one["texture"]), sort_keys=True) for one in named)
+    return frozenset(_written(_texture_document(one["texture"])) for one in named)
+
+
+def _written(texture: dict[str, Any]) -> bytes:
+    """Return the section as text. It may hold a map of a megabyte, so it is written in pieces."""
+    return json_text(dict(sorted(texture.items())))
 
 
 def bounds_for(scene: Scene) -> TableBounds:
