@@ -2,16 +2,14 @@
 
 Model: `Solves` runs each call in a thread of its own, within slots (`work_places`). `BlockThreads` is an executor with
     a few threads, for blocks of streams, which come a hundred times per second. All threads are daemons.
-    Where the system has priorities of threads, solves give way to streams.
-Limits: a thread cannot be stopped. Work that must be stoppable runs in a process (`service.compute.render_process`).
+Limits: a thread can neither be stopped nor have a lower priority. Work that must be stoppable runs in a process
+    (`service.compute.render_process`).
 """
 
 from __future__ import annotations
 
 import asyncio
-import os
 import queue
-import sys
 import threading
 import time
 from collections.abc import Callable
@@ -23,8 +21,6 @@ from typing import Any, TypeVar
 from service.compute.work_places import Places
 
 Result = TypeVar("Result")
-
-LOWER = 10  # nice value of a solve
 
 
 class ThreadWork:
@@ -63,16 +59,8 @@ class Solves:
     async def run(self, client: str, work: Callable[..., Result], *arguments: Any) -> Result:
         """Return what `work` returns, from a thread, once `client` has a slot for it."""
         place = await self._places.enter(client)
-        result: Result = await ThreadWork(partial(_lowered, work, *arguments), "solve", place.leave).done
+        result: Result = await ThreadWork(partial(work, *arguments), "solve", place.leave).done
         return result
-
-
-def _lowered(work: Callable[..., Result], *arguments: Any) -> Result:
-    """Return what `work` returns; this thread, which ends with it, gives way to others."""
-    if sys.platform == "linux":  # elsewhere a thread has no priority of its own
-        with suppress(OSError):
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), LOWER)
-    return work(*arguments)
 
 
 class BlockThreads(Executor):
