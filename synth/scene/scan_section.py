@@ -110,7 +110,7 @@ class Scan(Section):
     """The motion: constant `speed` and `load`, or a `stroke`, or a `trajectory`.
 
     For every kind of scan, `speed` and `load` are the largest of the scan. For a stroke they equal those of the stroke.
-    For a trajectory they are the largest speed between two points and the largest load.
+    For a trajectory they are the largest speed between two points, below 0 if it is backwards, and the largest load.
     """
 
     speed: Annotated[float, SPEED] = Field(

@@ -12,6 +12,7 @@ Limits  The error of a simulated force is that of z in `simulation_plan`, at the
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,6 +24,7 @@ from synth.effects.simulation.running import PRESS, SLOPE, SLOPE_ACROSS, Running
 from synth.motion.motion import ACROSS, LOAD, SPEED
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.channels import PEAK, ROUNDING, STILL
+from synth.plan.motion_peak import MOST_FRAMES, TOGETHER
 from synth.plan.pilot_run import LONGEST_OWN
 from synth.plan.preparation import Preparation
 from synth.response.lift_gate import gate
@@ -37,7 +39,6 @@ from synth.voice.table_reading import HandReader, ScanReader, TableChannels, del
 
 QUANTITY, QUANTITY_ACROSS = "tangential_force", "tangential_force_y"
 SMALL = 0.01  # of the force along the motion: a smaller steady force is no measure of its error
-TOGETHER = 1 << 16  # frames of a file that are read at once to find its level
 LEFT_BY_COARSER = 1.0  # error over the change by half the points or table: a force has slopes, of a lower order than z
 SIGNALS = (Signal(SLOPE, 0), Signal(SLOPE_ACROSS, 0))  # of a simulation, of each component
 
@@ -134,10 +135,16 @@ class TangentialStage:
         return replace(self, channels=tuple(found))
 
     def _along(self, simulation: Simulation | None) -> Block:
-        """Return the channels of a file along its own motion, or along LONGEST_OWN of a simulated one."""
+        """Return the channels of a file along its own motion: a period of a stroke, or MOST_FRAMES of a recording.
+
+        A simulation runs for LONGEST_OWN at most.
+        """
         scene, running = self.solved.scene, None if simulation is None else Running(simulation, self.signals)
-        seconds = scene.output.duration if running is None else min(scene.output.duration, LONGEST_OWN)
-        found = np.zeros((max(1, round(seconds * scene.output.sample_rate)), len(self.channels)), np.float32)
+        stroke = scene.scan.stroke
+        longest = math.inf if stroke is None else stroke.period
+        seconds = min(scene.output.duration, longest if running is None else min(longest, LONGEST_OWN))
+        frames = min(max(1, round(seconds * scene.output.sample_rate)), MOST_FRAMES)
+        found = np.zeros((frames, len(self.channels)), np.float32)
         state, motion = self.start(0), ScanMotion(scene)
         for first in range(0, len(found), TOGETHER):
             block = found[first : first + TOGETHER]
