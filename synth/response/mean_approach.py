@@ -101,14 +101,17 @@ def enough_places(contact: Any, load: float, error: float, places: int, *, acros
     across: whether the mean is that of both periods.
     """
     heights = _over_both(contact) if across else _along(contact)
+
+    def solved(count: int) -> list[Array]:
+        return [heights(np.arange(count) / count, w) for w in (load, LIGHTER * load)]
+
+    few = solved(places)
     while places < MOST_PLACES:
-        missed = []
-        for w in (load, LIGHTER * load):
-            few, many = (heights(np.arange(count) / count, w) for count in (places, 2 * places))
-            missed.append(abs(float(np.mean(many) - np.mean(few))) / max(float(np.ptp(many)), 1e-300))
-        if max(missed) <= error:
+        many = solved(2 * places)
+        pairs = zip(few, many, strict=True)
+        if all(abs(float(np.mean(after) - np.mean(before))) <= error * float(np.ptp(after)) for before, after in pairs):
             break
-        places *= 2
+        places, few = 2 * places, many
     return places
 
 
