@@ -6,7 +6,8 @@ Model   Pieces of a recording whose load varies are solved with twice the planne
         Where the peaks along the motion are not those of the steady scan, `motion_peak` finds them. On a long surface
         the peaks of displacement and approach are those at PLACES places.
 Source  design, section 4.
-Limits  A peak between two of the places is missed.
+Limits  A peak between two of the places is missed. A peak below FLOOR of the surfaces, at the end of the band, is the
+        rounding of a finger at rest, and counts as none.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from synth.plan.motion_peak import NEAR_MARGIN, differs_from_cruise, peaks_along
 from synth.plan.request import harmonics_in_band
 from synth.response.mean_approach import Mean, enough_places, mean_curve, mean_over_area
 from synth.response.series_curve import SeriesCurve
+from synth.response.series_error import FLOOR
 from synth.sampling.frame_solver import WITH_MEAN, FrameSolver
 from synth.sampling.landing import MOST_FINER, pieces
 from synth.scene.scene import Scene
@@ -70,7 +72,9 @@ def own_motion(
     known = tuple(sorted({0, *asked.orders, *({WITH_MEAN} if approach else ())}))
     read = SeriesCurve(asked.spectrum.harmonics).heights if reads_series(asked) and not asked.live else None
     found, warning = peaks_along(contact, asked, mean, known, series, read, frames)
-    peaks = dict(zip(known, found.tolist(), strict=True))
+    height, band = contact.geometry.height_scale, 2.0 * math.pi * scene.output.band_limit
+    rounding = [FLOOR * height * band ** max(order, 0) for order in known]
+    peaks = {order: peak * (peak > least) for order, peak, least in zip(known, found.tolist(), rounding, strict=True)}
     if frames is not None and not asked.load_varies:
         frames = _beside_own_peaks(asked, frames, peaks)
     return mean, frames, peaks, warning
@@ -81,8 +85,8 @@ def _beside_own_peaks(steady: SteadyScan, frames: FramePlan, peaks: Mapping[int,
     errors = []
     for order, error in zip(steady.orders, frames.errors, strict=True):
         least = steady.least(order)
-        still = extent_and_peak(steady.series(order))[0] <= least
-        errors.append(error * least / max(2.0 * peaks[order], least) if still else error)
+        still, most = extent_and_peak(steady.series(order))[0] <= least, max(2.0 * peaks[order], least)
+        errors.append(error * least / most if still and most > 0.0 else error)
     return replace(frames, errors=tuple(errors))
 
 

@@ -6,9 +6,12 @@ Stage   2 (PLAN), used by `preparation`. A finger that moves too little is found
 from __future__ import annotations
 
 from synth.contact.geometry import Geometry
+from synth.motion.scan_motion import ScanMotion
 from synth.plan.request import Request
 from synth.scene.output_section import BAND, FULL_BAND
 from synth.scene.texture_registry import DEFAULT
+
+RESTS = "The finger rests while the output lasts, so its quantities do not change."
 
 
 def silence_of(asked: Request, geometry: Geometry) -> str:
@@ -18,7 +21,10 @@ def silence_of(asked: Request, geometry: Geometry) -> str:
         return f"The texture has no height{named}, so the finger does not move."
     if asked.scene.scan.load == 0.0:
         return "The finger does not touch the texture (the load is 0 N), so it does not move."
-    return ""
+    motion = ScanMotion(asked.scene, whole=asked.live)
+    low, high = motion.load_range()
+    rests = asked.scene.scan.trajectory is not None and motion.fastest() == 0.0 and low == high
+    return RESTS if rests and 0 not in asked.orders and not asked.by_hand and not asked.scene.effects else ""
 
 
 def above_band(asked: Request) -> str:

@@ -205,3 +205,21 @@ def test_a_recording_that_is_read_has_an_uncertain_level(monkeypatch: pytest.Mon
     assert any("level of the acceleration is uncertain" in one for one in peak_of(scene)[1])
     given = scene | {"output": {"sample_rate": 8000, "full_scale": 20}}
     assert not any("level of" in one for one in peak_of(given)[1])
+
+
+@pytest.mark.parametrize("start", [0.0, 0.01])
+@pytest.mark.parametrize("moves", [False, True], ids=["rests", "moves later"])
+def test_a_finger_at_rest_is_silent_and_no_rounding_is_raised(start: float, moves: bool) -> None:
+    """Rounding at 0.8 of full scale would be noise at full strength."""
+    points = [[0.0, start, 0.3], [0.2, start, 0.3]]
+    points += [[0.3, start + 0.01, 0.3], [0.6, start + 0.05, 0.3]] if moves else []
+    output = {"sample_rate": 16_000, "duration": 0.1}
+    with pytest.warns(rw.RenderWarning, match="rests"):
+        sound = rw.render({"scan": {"trajectory": points}, "output": output})
+    assert sound.full_scale == (1.0,) and not sound.values.any()
+
+
+def test_a_finger_at_rest_over_an_area_is_planned_at_once() -> None:
+    points = [[0.0, 0.0, 0.0, 0.0, 0.3], [0.2, 0.0, 0.0, 0.0, 0.3]]
+    plan = rw.explain({"texture": {"kind": "dots"}, "scan": {"trajectory": points}})
+    assert any("rests" in text for text in plan.warnings)
