@@ -37,7 +37,7 @@ from synth.response.mean_approach import Mean
 from synth.response.phases import phase_step
 from synth.response.series_curve import SeriesCurve
 from synth.response.spectrum import solve_spectrum
-from synth.sampling.frame_solver import MARGIN, FrameSolver, Heights
+from synth.sampling.frame_solver import MARGIN, WITH_MEAN, FrameSolver, Heights
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
 
@@ -88,6 +88,9 @@ def peaks_along(
         used = min(count, max(OVERSAMPLING, math.floor(count * PATIENCE / work)))
         solver = search.solver(used)
     chunks, most = search.chunks(solver), max(1, math.floor(PATIENCE / (solver.solutions * solution)))
+    if len(chunks) > most:  # short parts with short margins: more of them are looked at in the same time
+        solver = search.solver(used, longest=0, margin=NEAR_MARGIN)
+        chunks, most = search.chunks(solver), max(1, math.floor(PATIENCE / (solver.solutions * solution)))
     if len(chunks) > most:
         warning = (
             f"The full scale follows the {most} parts of {solver.chunk / rate:.3g} s of the scan that are likely to be "
@@ -235,12 +238,13 @@ def _loud_chunks(
     numbers, fades = (moments / chunk).astype(int), np.ones(looks)
     if not whole and scene.output.fade:
         fades = np.clip(np.minimum(moments, length - moments) / scene.output.fade, 0.0, 1.0)
-    wanted: set[int] = set()
+    ranked = []
     for values in _likely(contact, scene, orders, ScanMotion(scene, look_rate, whole=True).at(0, looks).samples):
         loudest = np.zeros(numbers[-1] + 1)
         np.maximum.at(loudest, numbers, values * fades)
-        wanted.update(np.argsort(loudest)[::-1][: max(1, most // len(orders))].tolist())
-    return sorted(wanted)
+        ranked.append(np.argsort(loudest)[::-1].tolist())
+    wanted: dict[int, None] = dict.fromkeys(one for place in zip(*ranked, strict=True) for one in place)
+    return sorted(list(wanted)[: max(most, len(orders))])
 
 
 def _likely(contact: Contact, scene: Scene, orders: tuple[int, ...], samples: Array) -> list[Array]:
@@ -262,4 +266,5 @@ def _likely(contact: Contact, scene: Scene, orders: tuple[int, ...], samples: Ar
         sizes[1] * f + sizes[0] * w1,
         sizes[2] * f**2 + sizes[1] * (f1 + 2.0 * f * w1) + sizes[0] * (w2 + w1**2),
     )
-    return [likely[max(order, 0)] * touching for order in orders]
+    mean = np.interp(load, known, [abs(float(one.harmonics[0].real)) for one in series])
+    return [touching * (likely[0] + mean if order == WITH_MEAN else likely[order]) for order in orders]
