@@ -40,15 +40,22 @@ ANGLE = re.compile(
 ALONG = re.compile(
     r"(?i:x ?[0-9]*|x[ _-].*|x-?(?:axis|coord|pos|value|data).*|lateral.*|pos(?:ition)?\b.*|dist(?:ance)?\b.*|"
     r"len(?:gth)?\b.*|weg\b.*|strecke.*|länge.*|laenge.*|longueur.*|abscissa.*|travel.*|traverse.*|horizontal.*|scan.*|расстояние.*|"
-    r"длина.*|距離.*|长度.*|位置.*|délka.*|distanza.*|distancia.*)"
+    r"длина.*|距離.*|长度.*|位置.*|délka.*|vzdálenost.*|distanza.*|posizione.*|lunghezza.*|distancia.*|posición.*|longitud\b.*|"
+    r"posição.*|distância.*|długość.*|pozycja.*|odległość.*|θέση.*|απόσταση.*|μήκος.*|mesafe.*|konum.*|uzunluk.*|"
+    r"afstand.*|lengte.*|läge.*|längd.*|pituus.*|hossz.*|távolság.*)"
 )
 ACROSS = re.compile(r"(?i:y ?[0-9]*|y[ _-].*|y-?(?:axis|coord|pos|value).*)")
 HEIGHT = re.compile(
     r"(?i:z ?[0-9]*|z[ _-].*|z-?(?:axis|coord|pos|value|data|height).*|.*height.*|altitude.*|elevation.*|vertical.*|"
     r"h|depth.*|.*höhe.*|.*hoehe.*|tiefe.*|hauteur.*|.*profil.*|altura.*|topo.*|raw.*|primary.*|roughness.*|amplitude.*|"
-    r"высота.*|профил.*|高さ.*|高度.*|výška.*|altezza.*)"
+    r"высота.*|профил.*|高さ.*|高度.*|výška.*|altezza.*|quota.*|wysokość.*|ύψος.*|yükseklik.*|hoogte.*|höjd.*|højde.*|"
+    r"høyde.*|korkeus.*|magasság.*|(?:profon|profun)d.*|głębokość.*|hloubka.*|глубина.*|深さ.*|深度.*|βάθος.*|derinlik.*|"
+    r"diepte.*|djup.*|dybde.*|syvyys.*|mélység.*)"
 )
-DEPTH = re.compile(r"(?i).*(?:depth|tiefe).*")
+DEPTH = re.compile(
+    r"(?i).*(?:depth|tiefe|(?:profon|profun)d|głębokość|hloubka|глубина|深さ|深度|βάθος|derinlik|diepte|djup|dybde|syvyys|"
+    r"mélység).*"
+)
 OPTICAL = re.compile(r"(?i:intensity.*|red|green|blue|r|g|b|colou?r.*|quality.*|valid.*|flag.*|confidence.*)")
 BRACKET = re.compile(r"[\[({<]\s*(?:in\s+)?([^\[\](){}<>]*?)\s*[\])}>]")
 IS_VALUED = re.compile(r"[\s:=;,|\"']*(?:is\s+)?[+-]?[0-9]")  # "Height [mm]: 5" is a size

@@ -51,10 +51,16 @@ UNSTATED = "unstated"
 """The unit of a spacing that a file does not state, where it states another one for the heights."""
 
 SPELLINGS = {
-    "um": "micrometer micrometers micrometre micrometres mikrometer micromètre micromètres micrómetro micrómetros "
-    "micrometro micrometri micras mkm mum мкм µ u",
-    "mm": "millimeter millimeters millimetre millimetres millimètre millimètres milímetro milímetros millimetro мм",
-    "nm": "nanometer nanometers nanometre nanometres nanomètre nanomètres nanómetro nanometro нм",
+    "um": "micrometer micrometers micrometre micrometres mikrometer micromètre micromètres micrómetro "
+    "micrómetros micrometro micrometri micrômetro micrômetros micra micras mikron mikrony mikrometr "
+    "mikrometry mikrometrů mikrometre mikrometri mikrometriä mikrométer микрометр микрометры микрометров "
+    "микрон микроны микронов μικρόμετρα μικρά 微米 マイクロメートル ミクロン 마이크로미터 mkm mum мкм µ u",
+    "mm": "millimeter millimeters millimetre millimetres millimètre millimètres milímetro milímetros millimetro "
+    "millimetri millimetriä milimetr milimetry milimetrů milimetre milliméter миллиметр миллиметры "
+    "миллиметров мм χιλιοστά χιλ χλστ 毫米 ミリメートル ミリ 밀리미터",
+    "nm": "nanometer nanometers nanometre nanometres nanomètre nanomètres nanómetro nanómetros nanometro "
+    "nanometri nanômetro nanômetros nanometriä nanometr nanometry nanometrů nanométer нанометр нанометры "
+    "нанометров нм νανόμετρα 纳米 ナノメートル 나노미터",
     "cm": "centimeter centimeters centimetre centimetres см",
     "m": "meter meters metre metres м",
     "Å": "angstrom angstroms ang ångström",

@@ -4,7 +4,7 @@ Stage   SURFACES, from files.
 Model   A byte order mark decides. Without one, zero bytes at every second place are UTF-16. Else the file is UTF-8 if
         all of it is. Else it is in a code page: the one in whose bytes most of the words are found that a header of a
         profile has, such as units and "height". Everything else is read as Windows 1252, which has µ, ² and ° at the
-        places where 1250, 1253, 1254, Latin-1 and Mac Roman have µ.
+        places where 1250, 1254, Latin-1 and Mac Roman have µ.
 Limits  Other letters of a code page may be read as the wrong ones. No number and no unit depends on them.
 """
 
@@ -31,8 +31,11 @@ CODE_PAGES = (
     ("cp1251", "Windows 1251", "мкм мм нм ысот лин рофил асст"),
     ("koi8-r", "KOI8-R", "мкм мм нм ысот лин рофил асст"),
     ("cp866", "code page 866", "мкм мм нм ысот лин рофил асст"),
+    ("cp1253", "Windows 1253", "ψος έση πόστ ήκος άθος αχύτ ροφίλ"),
+    ("cp1250", "Windows 1250", "ysokość ługość dległość łębokość ýška"),
+    ("iso8859_2", "ISO 8859-2", "ysokość ługość dległość łębokość"),
 )
-"""Python's name, the name for people, and words; of Cyrillic without the first letter, which may be a capital."""
+"""Python's name, the name for people, and words. The first letter, which may be a capital, is left out of most."""
 OF_DOS = re.compile(rb"(?<![A-Za-z\x80-\xff])\xe6m\b")  # µm in the code pages 437 and 850
 OTHER = "latin-1", "Windows 1252"  # Latin-1 has the same signs, and decodes every byte
 

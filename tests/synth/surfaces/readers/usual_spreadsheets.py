@@ -111,6 +111,34 @@ SPREADSHEETS: tuple[UsualFile, ...] = (
         "cp1250",
     ),
     profile(
+        "excel-polish.csv",
+        "Excel with Polish settings: Windows 1250, whose letters are signs of Windows 1252",
+        lines("Długość (mm);Wysokość (µm)", rows=rows(";", comma), end="\r\n"),
+        "cp1250",
+        shows=("Windows 1250", "Długość: x in mm; Wysokość: height in µm"),
+    ),
+    profile(
+        "excel-greek.csv",
+        "Excel with Greek settings: Windows 1253",
+        lines("Θέση (mm);Ύψος (µm)", rows=rows(";", comma), end="\r\n"),
+        "cp1253",
+        shows=("Windows 1253", "Θέση: x in mm; Ύψος: height in µm"),
+    ),
+    profile(
+        "excel-italian-words.csv",
+        "Excel with Italian settings: units as words",
+        lines("Posizione (millimetri);Quota (micrometri)", rows=rows(";", comma), end="\r\n"),
+        "utf-8",
+        shows=("Posizione: x in mm; Quota: height in um",),
+    ),
+    profile(
+        "excel-russian-words.csv",
+        "Excel with Russian settings: units as words after a comma",
+        lines("Расстояние, миллиметры;Высота, микроны", rows=rows(";", comma), end="\r\n"),
+        "cp1251",
+        shows=("Windows 1251", "Расстояние: x in mm; Высота: height in um"),
+    ),
+    profile(
         "excel-french-groups.csv",
         "Excel with French settings: no-break spaces between thousands, decimal commas",
         lines(
