@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from synth.arrays import Array
 from synth.contact.forces import Response
@@ -55,6 +56,7 @@ TARGET_HARMONICS = 32  # the targets hold up to this number; beyond it only that
 HALVED = 2.5  # least factor by which the error of an interval with a kink falls when it is halved
 SCARCE = 4  # rows per interval to be halved: if fewer are left, only the worst intervals are halved
 REFINED = 4  # most doublings of segments or phases; each divides the error of segments by 4 to 8 and doubles the work
+CHANGES_AN_OCTAVE = 4  # loads at which the change by smaller cells is found: it may double within half an octave
 SHARE = 0.5  # of the targets, allowed for the discretisation
 SHARE_OF_FOLDS = 3.0  # the same for folding, estimated 2 to 3 times too high; twice the phases leave half of the rows
 MANY_KINKS = 1.5  # factor on the error of the cubic in the middle: a profile has kinks all over an interval
@@ -142,9 +144,9 @@ def refined_making(response: Response, bounds: TableBounds, heaviest: float) -> 
     if finer is not None:
         making = making.on(finer)
     elif smaller is not None:
-        making.discrete = making.discrete + making.changed_by(response, smaller) / (1.0 - smaller.settles)
+        making.discrete = making.discrete + making.changed_by(smaller) / (1.0 - smaller.settles)
     elif larger is not None:
-        making.discrete = making.discrete + making.changed_by(larger, response)
+        making.discrete = making.discrete + making.changed_by(larger)
     for _ in range(REFINED):
         discrete, folded = making.excess(making.discrete) / SHARE, making.excess(making.folds) / SHARE_OF_FOLDS
         if max(discrete, folded) <= 1.0 or not making.has_room:
@@ -191,11 +193,18 @@ class TableMaking:
             finer.discrete = finer.relative_to_extents(finer.rows.heights - self.rows.heights, finer.extents)
         return finer
 
-    def changed_by(self, coarse: Response, fine: Response) -> Array:
-        """Return the change by smaller cells at the usual load, relative to the extents at that load [3, counts, 1]."""
-        load = np.array([min(USUAL_LOAD, self.heaviest)])
-        before, after = (solved_rows(one, load, self.phases).heights for one in (coarse, fine))
-        return self.relative_to_extents(after - before, self.usual)
+    def changed_by(self, other: Response) -> Array:
+        """Return the largest change by the cells of `other` within half an octave of each of the first loads.
+
+        It is relative to the extents [3, counts, first rows].
+        """
+        steps = CHANGES_AN_OCTAVE * (len(self.first) - 2)
+        loads = self.first[-1] * 2.0 ** (np.arange(-steps, 1.0) / CHANGES_AN_OCTAVE)
+        rows = solved_rows(self.response, loads, self.phases)
+        gaps = solved_rows(other, loads, self.phases).heights - rows.heights
+        changed = self.relative_to_extents(gaps, np.maximum(self._extents(rows.heights), self.usual))
+        within = maximum_filter1d(changed, CHANGES_AN_OCTAVE + 1, axis=2, mode="nearest")[:, :, ::CHANGES_AN_OCTAVE]
+        return np.concatenate([within[:, :, :1], within], axis=2)
 
     def series(self, values: Array) -> Complex:
         """Return harmonics 0 to the highest, one-sided as in `spectrum`, of `values` [rows, phases]: [rows, n]."""
