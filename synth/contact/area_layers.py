@@ -268,7 +268,7 @@ def finger_points(grid: AreaGrid) -> tuple[Array, Array, Array, Array]:
     y = grid.begin[1] + (row + ROW * v) / grid.texture.shape[ROWS]
     heights = (mean + u * along + v * across).ravel()
     order = np.argsort(-heights, kind="stable")
-    return x.ravel()[order], y.ravel()[order], heights[order], np.tile(share, len(GAUSS[0]))[order]
+    return x.ravel()[order], y.ravel()[order], heights[order], share[order % len(share)]
 
 
 def layer_series(grid: AreaGrid, plan: LayerPlan, workers: int) -> Complex:
