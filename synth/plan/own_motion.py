@@ -64,7 +64,7 @@ def own_motion(
     differs = still or not asked.live or differs_from_cruise(scene)
     if asked.by_hand or not asked.moving or not (approach or long or differs):
         return None, frames, peaks, ""
-    mean = own_mean(asked, contact, tolerance)
+    mean = own_mean(asked, contact, max(tolerance, min(frames.errors, default=0.0) if frames else 0.0))
     if frames is not None and scene.scan.trajectory is not None and asked.load_varies:
         frames = with_pieces(asked, frames, contact, mean, tolerance)
     if all(channel.full_scale for channel in listed) or not (approach or differs):
@@ -98,7 +98,7 @@ def with_pieces(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mea
     mean: mean of z over a period, as for `FrameSolver`.
     """
     scene, orders, rate = steady.scene, steady.orders, steady.scene.output.sample_rate
-    places, share = pieces(scene), PIECE_SHARE * tolerance
+    places, share = pieces(scene), PIECE_SHARE * np.maximum(tolerance, plan.errors)  # cells may leave more than that
     room = max(2.0, PATIENCE / (plan.work * scene.output.duration))  # times the planned solutions
 
     def solved(count: int, allowed: Array) -> tuple[Array, Array, Array]:

@@ -20,6 +20,7 @@ from scipy.optimize import brentq
 Real = np.ndarray[Any, np.dtype[np.float64]]
 Heights = Callable[[Real], Real]
 CORE, CORRELATION, WAVES = 8e-3, 1.5e-3, 24
+SAMPLES = 96  # of the splines, per ridge: with 32, the core of a whorl leaves 3e-3 of the acceleration at 0.04 N
 
 
 @dataclass(frozen=True)
@@ -36,10 +37,17 @@ class Print:
 
     def heights(self, x: Real, y: Real) -> Real:
         """Return the heights (m) of the ridges at the points x, y (m) of one shape."""
+        return self._ridges(x, y, field)
+
+    def on_grid(self, x: Real, y: Real) -> Real:
+        """Return the heights (m) at every pair of `x` and `y` (m)."""
+        return self._ridges(x[:, np.newaxis], y[np.newaxis], field_on_grid)
+
+    def _ridges(self, x: Real, y: Real, waves: Callable[..., Real]) -> Real:
         chance, k = np.random.default_rng(self.seed), 2.0 * math.pi / CORRELATION
-        u = field(chance, x, y, k, k / 3.0, self.spacing, "x")
-        v = field(chance, x, y, k / 6.0, k / 3.0, self.direction, "y")
-        g = field(chance, x, y, k, k, self.height, "")
+        u = waves(chance, x, y, k, k / 3.0, self.spacing, "x")
+        v = waves(chance, x, y, k / 6.0, k / 3.0, self.direction, "y")
+        g = waves(chance, x, y, k, k, self.height, "")
         distance = {
             "straight": x,
             "whorl": np.sqrt(x**2 + y**2),
@@ -52,10 +60,26 @@ class Print:
 
 def field(chance: np.random.Generator, x: Real, y: Real, kx: float, ky: float, spread: float, along: str) -> Real:
     """Return a sum of plane waves with a standard deviation of `spread`, or with that of its slope along x or y."""
-    a, b, p = chance.normal(0.0, kx, WAVES), chance.normal(0.0, ky, WAVES), chance.uniform(0.0, 2.0 * math.pi, WAVES)
+    a, b, p, size = drawn(chance, kx, ky, spread, along)
     waves = sum(np.cos(one * x + other * y + phase) for one, other, phase in zip(a, b, p, strict=True))
+    return np.asarray(size * waves)
+
+
+def field_on_grid(
+    chance: np.random.Generator, x: Real, y: Real, kx: float, ky: float, spread: float, along: str
+) -> Real:
+    """Return what `field` does at every pair of x [columns, 1] and y [1, rows], as real parts of products."""
+    a, b, p, size = drawn(chance, kx, ky, spread, along)
+    return np.asarray(size * (np.exp(1j * (x * a + p)) @ np.exp(1j * y.T * b).T).real)
+
+
+def drawn(
+    chance: np.random.Generator, kx: float, ky: float, spread: float, along: str
+) -> tuple[Real, Real, Real, float]:
+    """Return the wave numbers along x and y, the phases and the amplitude of WAVES plane waves."""
+    a, b, p = chance.normal(0.0, kx, WAVES), chance.normal(0.0, ky, WAVES), chance.uniform(0.0, 2.0 * math.pi, WAVES)
     variance = {"": WAVES / 2.0, "x": float(np.sum(a**2)) / 2.0, "y": float(np.sum(b**2)) / 2.0}[along]
-    return np.asarray(spread / math.sqrt(variance) * waves)
+    return a, b, p, spread / math.sqrt(variance)
 
 
 def footprint_depth(amplitude: float, mean_indentation: float) -> float:
@@ -88,6 +112,7 @@ class Points:
     x: of the columns, m.
     starts: where the points of each column begin [columns + 1].
     heights: m.
+    sums: of the heights of each column, from its highest point down, m.
     lowest: height below which points were left out, m.
     share: area of a point over L0 W0.
     """
@@ -95,6 +120,7 @@ class Points:
     x: Real
     starts: Any
     heights: Real
+    sums: Real
     lowest: float
     share: float
 
@@ -108,7 +134,7 @@ class Points:
         depth: of the paraboloid at its edge, m.
         columns, rows: number per m.
 
-        The ridges are splines of degree 5 through 32 samples of each.
+        The ridges are splines of degree 5 through SAMPLES of each.
         """
         length, width = 2.0 * size[0], 2.0 * size[1]
         ridge = ridge_spline(ridges, length, width)
@@ -129,13 +155,14 @@ class Points:
                 found.append(kept)
                 counts.append(len(kept))
         share = (length / many) * (width / across) / (size[0] * size[1])
-        return cls(x, np.concatenate([[0], np.cumsum(counts)]), np.concatenate(found), lowest, share)
+        starts, sums = np.concatenate([[0], np.cumsum(counts)]), np.concatenate([np.cumsum(one) for one in found])
+        return cls(x, starts, np.concatenate(found), sums, lowest, share)
 
     def approach(self, heights: Heights, places: Real, indentation: float) -> Real:
         """Return z (m) at each of `places` (m) by which the texture `heights` has moved; indentation: w / k, m."""
         under = np.stack([heights(self.x - place) for place in places])
         z = np.empty(len(places))
-        sum_points(self.starts, self.heights, under, indentation / self.share, z)
+        sum_points(self.starts, self.heights, self.sums, under, indentation / self.share, z)
         assert np.all(z - under.max(axis=1) > self.lowest), "points that touch were left out"
         return z
 
@@ -143,15 +170,14 @@ class Points:
 @lru_cache(4)
 def ridge_spline(ridges: Print, length: float, width: float) -> RectBivariateSpline:
     """Return the ridges over a rectangle about the middle (m), and a little beyond, as a spline."""
-    step = ridges.period / 32.0
+    step = ridges.period / SAMPLES
     ends = [math.ceil(0.5 * one / step) + 4 for one in (length, width)]
     x, y = (np.asarray(np.arange(-end, end + 1) * step, np.float64) for end in ends)
-    heights = np.stack([ridges.heights(np.full(len(y), place), y) for place in x])
-    return RectBivariateSpline(x, y, heights, kx=5, ky=5)
+    return RectBivariateSpline(x, y, ridges.on_grid(x, y), kx=5, ky=5)
 
 
 @njit(cache=False)
-def sum_points(starts, heights, under, target, z):  # type: ignore[no-untyped-def]
+def sum_points(starts, heights, sums, under, target, z):  # type: ignore[no-untyped-def]
     """Write z (m) where the sum of max(h - z, 0) is `target` (m), by Newton's method from the left."""
     at = 0.0
     for p in range(len(z)):
@@ -165,11 +191,16 @@ def sum_points(starts, heights, under, target, z):  # type: ignore[no-untyped-de
             total, count = 0.0, 0
             for c in range(len(starts) - 1):
                 level = at - under[p, c]
-                for i in range(starts[c], starts[c + 1]):
-                    if heights[i] <= level:
-                        break
-                    total += heights[i] - level
-                    count += 1
+                first, last = starts[c], starts[c + 1]
+                while first < last:  # the number of points above the level
+                    middle = (first + last) // 2
+                    if heights[middle] > level:
+                        first = middle + 1
+                    else:
+                        last = middle
+                if first > starts[c]:
+                    total += sums[first - 1] - (first - starts[c]) * level
+                    count += first - starts[c]
             if count == 0:
                 at -= 1e-6
                 continue

@@ -42,18 +42,19 @@ ALONG = re.compile(
     r"len(?:gth)?\b.*|weg\b.*|strecke.*|länge.*|laenge.*|longueur.*|abscissa.*|travel.*|traverse.*|horizontal.*|scan.*|расстояние.*|"
     r"длина.*|距離.*|长度.*|位置.*|délka.*|vzdálenost.*|distanza.*|posizione.*|lunghezza.*|distancia.*|posición.*|longitud\b.*|"
     r"posição.*|distância.*|długość.*|pozycja.*|odległość.*|θέση.*|απόσταση.*|μήκος.*|mesafe.*|konum.*|uzunluk.*|"
-    r"afstand.*|lengte.*|läge.*|längd.*|pituus.*|hossz.*|távolság.*)"
+    r"afstand.*|lengte.*|läge.*|längd.*|pituus.*|hossz.*|távolság.*|"
+    r"droga.*|ścieżka.*|dráha.*|距离.*|長度.*|거리.*|위치.*|길이.*)"
 )
 ACROSS = re.compile(r"(?i:y ?[0-9]*|y[ _-].*|y-?(?:axis|coord|pos|value).*)")
 HEIGHT = re.compile(
     r"(?i:z ?[0-9]*|z[ _-].*|z-?(?:axis|coord|pos|value|data|height).*|.*height.*|altitude.*|elevation.*|vertical.*|"
     r"h|depth.*|.*höhe.*|.*hoehe.*|tiefe.*|hauteur.*|.*profil.*|altura.*|topo.*|raw.*|primary.*|roughness.*|amplitude.*|"
     r"высота.*|профил.*|高さ.*|高度.*|výška.*|altezza.*|quota.*|wysokość.*|ύψος.*|yükseklik.*|hoogte.*|höjd.*|højde.*|"
-    r"høyde.*|korkeus.*|magasság.*|(?:profon|profun)d.*|głębokość.*|hloubka.*|глубина.*|深さ.*|深度.*|βάθος.*|derinlik.*|"
+    r"høyde.*|korkeus.*|magasság.*|높이.*|깊이.*|(?:profon|profun)d.*|głębokość.*|hloubka.*|глубина.*|深さ.*|深度.*|βάθος.*|derinlik.*|"
     r"diepte.*|djup.*|dybde.*|syvyys.*|mélység.*)"
 )
 DEPTH = re.compile(
-    r"(?i).*(?:depth|tiefe|(?:profon|profun)d|głębokość|hloubka|глубина|深さ|深度|βάθος|derinlik|diepte|djup|dybde|syvyys|"
+    r"(?i).*(?:depth|tiefe|깊이|(?:profon|profun)d|głębokość|hloubka|глубина|深さ|深度|βάθος|derinlik|diepte|djup|dybde|syvyys|"
     r"mélység).*"
 )
 OPTICAL = re.compile(r"(?i:intensity.*|red|green|blue|r|g|b|colou?r.*|quality.*|valid.*|flag.*|confidence.*)")

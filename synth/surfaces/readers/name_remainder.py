@@ -46,6 +46,8 @@ def sign_or_number(rest: str, has_unit: bool, is_unit: re.Pattern[str]) -> str:
     is_unit: what else may stand behind a number of a setting.
     """
     rest = unicodedata.normalize("NFKC", rest)
+    if arrow := next((sign for sign in rest if "DOWN" in unicodedata.name(sign, "")), ""):
+        return arrow
     if sign := _SIGN.search(rest):
         return sign[0].strip(" ()[]") or sign[0]
     number = _NUMBER.search(_NUMBERED.sub(" ", _without_settings(rest, is_unit))) if has_unit else None

@@ -52,25 +52,28 @@ UNSTATED = "unstated"
 
 SPELLINGS = {
     "um": "micrometer micrometers micrometre micrometres mikrometer micromètre micromètres micrómetro "
-    "micrómetros micrometro micrometri micrômetro micrômetros micra micras mikron mikrony mikrometr "
-    "mikrometry mikrometrů mikrometre mikrometri mikrometriä mikrométer микрометр микрометры микрометров "
-    "микрон микроны микронов μικρόμετρα μικρά 微米 マイクロメートル ミクロン 마이크로미터 mkm mum мкм µ u",
+    "micrómetros micrometro micrometri micrômetro micrômetros micra micras mícron mícrons mikron mikrony "
+    "mikrometr mikrometry mikrometrů mikrometrów mikrometre mikrometri mikrometriä mikrométer микрометр "
+    "микрометры микрометров микрон микроны микронов μικρόμετρα μικρά 微米 マイクロメートル マイクロメーター "
+    "ミクロン 마이크로미터 마이크론 mkm mum мкм µ u",
     "mm": "millimeter millimeters millimetre millimetres millimètre millimètres milímetro milímetros millimetro "
-    "millimetri millimetriä milimetr milimetry milimetrů milimetre milliméter миллиметр миллиметры "
-    "миллиметров мм χιλιοστά χιλ χλστ 毫米 ミリメートル ミリ 밀리미터",
+    "millimetri millimetriä milimetr milimetry milimetrů milimetrów milimetre milliméter миллиметр "
+    "миллиметры миллиметров мм χιλιοστά χιλ χλστ 毫米 ミリメートル ミリ 밀리미터",
     "nm": "nanometer nanometers nanometre nanometres nanomètre nanomètres nanómetro nanómetros nanometro "
-    "nanometri nanômetro nanômetros nanometriä nanometr nanometry nanometrů nanométer нанометр нанометры "
-    "нанометров нм νανόμετρα 纳米 ナノメートル 나노미터",
-    "cm": "centimeter centimeters centimetre centimetres см",
+    "nanometri nanômetro nanômetros nanometriä nanometr nanometry nanometrů nanometrów nanométer нанометр "
+    "нанометры нанометров нм νανόμετρα 纳米 ナノメートル 나노미터",
+    "cm": "centimeter centimeters centimetre centimetres см centimètre centimètres centímetro centímetros "
+    "centimetro centimetri centymetr centymetry сантиметр сантиметры εκατοστά 厘米 センチメートル 센티미터",
     "m": "meter meters metre metres м",
     "Å": "angstrom angstroms ang ångström",
-    "inch": 'in inches "',
+    "inch": 'in inches " inches pollice pollici pulgada pulgadas polegada polegadas cale дюйм дюймы ίντσες '
+    "zoll pouce pouces 英寸 インチ 인치",
     "mil": "mils thou",
     "uin": 'µin µ" u" microinch microinches',
 }
 """Other spellings of units, in small letters."""
 SHORT = 2  # letters of km, cm, mm, um, nm and pm, and of no word
-_BY_SPELLING = {word: unit for unit, words in SPELLINGS.items() for word in words.split()}
+_BY_SPELLING = {word.replace("\u03bc", "\u00b5"): unit for unit, words in SPELLINGS.items() for word in words.split()}
 _BY_SPELLING |= {name.lower(): name for name in UNITS if name not in ("A", "m")}
 
 
@@ -84,7 +87,7 @@ def unit_named(text: str) -> str | None:
     text = text.replace("\u03bc", "\u00b5").replace("\u00c2\u00b5", "\u00b5")  # UTF-8 that was read as Latin-1
     if text in UNITS:
         return text
-    unit = _BY_SPELLING.get(text.lower())
+    unit = _BY_SPELLING.get(text.lower().replace("\u03bc", "\u00b5"))
     is_short = unit is not None and len(text) == SHORT and text[-1] in "mM"
     return None if is_short and not (text.islower() or text.isupper()) else unit
 

@@ -33,7 +33,7 @@ CODE_PAGES = (
     ("cp866", "code page 866", "мкм мм нм ысот лин рофил асст"),
     ("cp1253", "Windows 1253", "ψος έση πόστ ήκος άθος αχύτ ροφίλ"),
     ("cp1250", "Windows 1250", "ysokość ługość dległość łębokość ýška"),
-    ("iso8859_2", "ISO 8859-2", "ysokość ługość dległość łębokość"),
+    ("iso8859_2", "ISO 8859-2", "ysokość ługość dległość łębokość ýška ířka ávolság"),
 )
 """Python's name, the name for people, and words. The first letter, which may be a capital, is left out of most."""
 OF_DOS = re.compile(rb"(?<![A-Za-z\x80-\xff])\xe6m\b")  # µm in the code pages 437 and 850

@@ -94,6 +94,8 @@ def _roles(header: Header, values: np.ndarray[Any, Any]) -> tuple[str, ...] | No
         return _named(named)
     if count == 2 and named[:1] == ["index"]:
         return "", "height"
+    if "height" in named[:-1] and named.count("height") == 1 and count in (2, 3):  # not where places put the heights
+        return _beside_heights(header, named)
     if rows == 1 and count > 3:
         return None
     if count > 3 and not named:
@@ -107,6 +109,18 @@ def _roles(header: Header, values: np.ndarray[Any, Any]) -> tuple[str, ...] | No
     if count == 3 and not named and _counts_points(values[:, 0]) and np.all(np.diff(values[:, 1]) > 0.0):
         return "", "x", "height"
     return {1: ("height",), 2: ("x", "height"), 3: ("x", "y", "height")}.get(count)
+
+
+def _beside_heights(header: Header, named: list[str]) -> tuple[str, ...]:
+    """Return the roles of two columns of which the first has a name for heights. Raises InvalidRequest for three."""
+    if len(named) > 2:
+        name = header.columns[named.index("height")].name[:60]
+        refuse_file(
+            f"heights in the column {name!r}, and no column of x",
+            "x, y and heights",
+            "Write the names x; y; z above them.",
+        )
+    return "height", "" if named[1] == "other" else "x"
 
 
 def _is_monotonic(column: np.ndarray[Any, Any]) -> bool:

@@ -28,7 +28,7 @@ TOGETHER = 64  # phases that are solved together
 COLUMNS, ROWS, WAVE = 512, 150, 64  # of brute force: per ridge, and columns per wave of the texture
 PROBED = 64  # phases at which fewer points tell which points may touch
 SMALLER = 0.7  # factor on the columns and rows of brute force whose change tells how far to trust it
-FOLDED = 0.35  # factor on the columns and rows whose solutions at more phases tell what too few phases fold back
+MORE_PHASES = 4  # times the phases at which the render's series is judged: few fold back then
 
 
 def random_scene(seed: int) -> dict[str, Any]:
@@ -83,11 +83,10 @@ def render_errors(
     turns = scene.scan.speed / scene.texture.period
     highest = max(1, math.ceil(scene.output.band_limit / turns) - 1)
     count = 1 << max(8, (8 * highest).bit_length())
-    fine, rough = (series_of(brute_heights(scene, count, factor), highest) for factor in (many, SMALLER * many))
-    most = brute_heights(scene, 4 * count, FOLDED * many)
-    few, some, more = (series_of(most[::step], highest) for step in (4, 2, 1))
-    folded, doubted = few - more, (fine - rough, some - more)
-    fine = fine - folded
+    most = brute_heights(scene, MORE_PHASES * count, many)
+    few, some, fine = (series_of(most[::step], highest) for step in (MORE_PHASES, 2, 1))
+    rough = series_of(brute_heights(scene, count, SMALLER * many), highest)
+    doubted = few - rough, fine - some
     times, n = np.arange(len(sound.values)) / RATE, np.arange(1, highest + 1)
     waves = np.exp(2j * math.pi * np.outer(turns * times, n))
     found = []

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import ridgewave as rw
+from synth.contact.area_grid import AreaGrid
 from tests.few import paired, thorough
 
 LOW, HIGH = 0.78, 0.82
@@ -223,3 +224,33 @@ def test_a_finger_at_rest_over_an_area_is_planned_at_once() -> None:
     points = [[0.0, 0.0, 0.0, 0.0, 0.3], [0.2, 0.0, 0.0, 0.0, 0.3]]
     plan = rw.explain({"texture": {"kind": "dots"}, "scan": {"trajectory": points}})
     assert any("rests" in text for text in plan.warnings)
+
+
+def test_a_recording_whose_harmonics_are_above_the_band_is_not_said_to_rest() -> None:
+    scene = {"scan": {"trajectory": [[0.0, 0.0, 0.3], [0.02, 0.02, 0.3]]}, "output": {"sample_rate": 16_000}}
+    warnings = rw.explain(scene).warnings
+    assert any("above the band" in text for text in warnings) and not any("rests" in text for text in warnings)
+
+
+@pytest.mark.thorough
+def test_pieces_are_not_solved_more_finely_than_the_cells_allow(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The cells leave a tenth of the peak-to-peak: a landing to 1e-4 took ten minutes."""
+    solved: list[int] = []
+    solve = AreaGrid.solve_places
+
+    def counted(self: AreaGrid, places: Any, *rest: Any, **named: Any) -> Any:
+        solved.append(len(places))
+        return solve(self, places, *rest, **named)
+
+    monkeypatch.setattr(AreaGrid, "solve_places", counted)
+    points = [[0.0, 1e-3, 2e-3, 0.3, 0.2], [0.2, 6e-3, 1e-3, 1.2, 0.4], [0.35, 7e-3, -3e-3, -2.0, 0.1]]
+    texture = {"kind": "dots", "period": 2.1e-3}
+    plan = rw.explain(
+        {
+            "finger": {"kind": "fingertip"},
+            "texture": texture,
+            "scan": {"trajectory": points},
+            "output": {"sample_rate": 22_050},
+        }
+    )
+    assert sum(solved) < 150_000 and 0.05 < plan.estimated_error["acceleration"] < 0.3

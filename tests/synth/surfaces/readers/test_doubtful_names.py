@@ -89,6 +89,8 @@ def test_quotes_round_a_cell_are_no_inches(tmp_path: Path) -> None:
         ("Profile 0,5 [um]", "0,5"),
         ("Profile [um] ^2", "^2"),
         ("Profile 1:500 (um)", "1:500"),
+        ("Height \u2193 [um]", "\u2193"),
+        ("\u25bcHeight (um)", "\u25bc"),
     ],
 )
 def test_a_sign_or_a_number_beside_a_unit_is_refused_and_shown(tmp_path: Path, cell: str, shown: str) -> None:
@@ -141,6 +143,22 @@ def test_usual_words_and_numbers_of_names_are_read_without_a_note(tmp_path: Path
     found = imported(tmp_path, f"Travel (mm)\t{cell}")
     check_heights(found)
     assert not [note for note in found.report["notes"] if "scene" not in note]
+
+
+@pytest.mark.parametrize(
+    "header", ["Z [um]\tFoo [mm]", "Wysokość [um]\tDroga [mm]", "높이 [um]\t거리 [mm]", "高度(μm)\t距离(mm)"]
+)
+def test_heights_in_the_first_column_are_told_by_their_name(tmp_path: Path, header: str) -> None:
+    path = tmp_path / "turned.txt"
+    path.write_text(header + "\n" + "".join(f"{0.1 * i}\t{0.25 * i}\n" for i in range(8)), encoding="utf-8")
+    found = import_surface(path, read_options({}))
+    np.testing.assert_allclose(found.heights, np.arange(8) * 1e-7 - 3.5e-7, atol=1e-15)
+    np.testing.assert_allclose(found.spacing, [2.5e-4])
+
+
+def test_heights_before_two_unknown_columns_are_refused(tmp_path: Path) -> None:
+    rows = [f"{x}\t{z}\t1" for x, z in zip(X, Z, strict=True)]
+    assert "no column of x" in refusal(tmp_path, "Foo (mm)\tZ (um)\tBar", rows)
 
 
 @pytest.mark.parametrize(

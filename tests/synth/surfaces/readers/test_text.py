@@ -9,7 +9,7 @@ import pytest
 
 from synth.errors import InvalidRequest
 from synth.surfaces.readers.file_formats import read_surface_file
-from synth.surfaces.readers.surface_file import SurfaceFile
+from synth.surfaces.readers.surface_file import UNITS, SurfaceFile
 
 
 def contents(folder: Path, text: str, name: str = "scan.csv", encoding: str = "utf-8") -> SurfaceFile:
@@ -84,6 +84,20 @@ def test_comments_between_the_numbers_are_left_out(tmp_path: Path) -> None:
 def test_encodings(tmp_path: Path, encoding: str) -> None:
     found = contents(tmp_path, "Höhe µm\n1\n2\n", encoding=encoding)
     np.testing.assert_array_equal(found.heights, [1, 2])
+
+
+def test_letters_of_code_pages_are_those_of_their_words(tmp_path: Path) -> None:
+    for encoding in ("cp1250", "iso8859-2"):
+        found = contents(tmp_path, "Vzdálenost [mm];Výška [um]\n0;1\n1;2\n", encoding=encoding)
+        assert found.reading is not None and found.reading["columns"][1]["name"] == "Výška"
+
+
+@pytest.mark.parametrize(
+    "word", ["Μικρόμετρα", "μικρά", "микроны", "mikrometrów", "mícrons", "マイクロメーター", "마이크론", "微米"]
+)
+def test_units_are_read_in_words_of_many_languages(tmp_path: Path, word: str) -> None:
+    found = contents(tmp_path, f"z [{word}]\n1\n2\n")
+    assert found.unit is not None and UNITS[found.unit] == 1e-6
 
 
 def test_the_header_of_gwyddion_states_sizes_and_units(tmp_path: Path) -> None:
