@@ -20,7 +20,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.plan.motion_peak import steady_peak
 from synth.plan.request import Request
-from synth.plan.silence import RESTS, above_band
+from synth.plan.silence import RESTS, beyond_band
 from synth.response.demand import Complex, curves, points_for
 from synth.response.lift_gate import gate
 from synth.response.reading_filter import ORDERS
@@ -170,7 +170,7 @@ class SteadyScan(Request):
     def silence(self, peaks: Mapping[int, float]) -> str:
         """Return why an automatic full scale leaves this motion silent, or "". `peaks` are those of `planned`."""
         if self.moving and not self.by_hand and all(peaks.get(order, 1.0) == 0.0 for order in self.orders):
-            return above_band(self) or RESTS
+            return beyond_band(self) or RESTS
         swing = peaks.get(0, extent_and_peak(self.series(0))[1])
         if swing >= SMALLEST_MOTION or all(channel.full_scale for channel in self.scene.output.channel_list):
             return ""

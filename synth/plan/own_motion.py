@@ -64,7 +64,8 @@ def own_motion(
     differs = still or not asked.live or differs_from_cruise(scene)
     if asked.by_hand or not asked.moving or not (approach or long or differs):
         return None, frames, peaks, ""
-    mean = own_mean(asked, contact, max(tolerance, min(frames.errors, default=0.0) if frames else 0.0))
+    left = min(frames.errors, default=0.0) if frames and not still else 0.0  # by cells: the mean need not be nearer
+    mean = own_mean(asked, contact, max(tolerance, left))
     if frames is not None and scene.scan.trajectory is not None and asked.load_varies:
         frames = with_pieces(asked, frames, contact, mean, tolerance)
     if all(channel.full_scale for channel in listed) or not (approach or differs):
@@ -98,7 +99,7 @@ def with_pieces(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mea
     mean: mean of z over a period, as for `FrameSolver`.
     """
     scene, orders, rate = steady.scene, steady.orders, steady.scene.output.sample_rate
-    places, share = pieces(scene), PIECE_SHARE * np.maximum(tolerance, plan.errors)  # cells may leave more than that
+    places = pieces(scene)
     room = max(2.0, PATIENCE / (plan.work * scene.output.duration))  # times the planned solutions
 
     def solved(count: int, allowed: Array) -> tuple[Array, Array, Array]:
@@ -121,7 +122,7 @@ def with_pieces(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mea
             return plan
         plan = replace(plan, errors=tuple((np.array(plan.errors) * np.maximum(extents, least) / own).tolist()))
         extents = own
-    allowed = share * extents
+    allowed = PIECE_SHARE * np.maximum(tolerance, plan.errors) * extents  # the cells may leave more than the tolerance
     for _round in range(ROUNDS):
         _frames, changed, left = solved(count, allowed)
         folded = OVER_CHANGE * changed

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from synth.contact.geometry import Geometry
 from synth.motion.scan_motion import ScanMotion
-from synth.plan.request import Request
+from synth.plan.request import Request, harmonics_in_band
 from synth.scene.output_section import BAND, FULL_BAND
 from synth.scene.texture_registry import DEFAULT
 
@@ -28,10 +28,15 @@ def silence_of(asked: Request, geometry: Geometry) -> str:
 
 
 def above_band(asked: Request) -> str:
-    """Return the sentence that every harmonic is above the band, or ""."""
-    if asked.highest > 0:
-        return ""
+    """Return what `beyond_band` does; "" for a moving scan, which has lower speeds."""
+    return "" if asked.highest > 0 else beyond_band(asked)
+
+
+def beyond_band(asked: Request) -> str:
+    """Return the sentence that every harmonic is above the band at the scan's own speed, or ""."""
     output = asked.scene.output
+    if harmonics_in_band(asked.scene, 1):
+        return ""
     text = (
         f"Every harmonic is above the band: u / lambda2 is {abs(asked.turns):.6g} Hz, "
         f"and only harmonics below {output.band_limit:.6g} Hz are rendered."
