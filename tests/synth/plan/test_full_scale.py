@@ -232,6 +232,14 @@ def test_a_recording_whose_harmonics_are_above_the_band_is_not_said_to_rest() ->
     assert any("above the band" in text for text in warnings) and not any("rests" in text for text in warnings)
 
 
+@pytest.mark.parametrize("effect", ["inertia", "viscous_skin", "adhesion"])
+def test_a_simulated_scan_that_is_shorter_than_a_period_says_that_its_level_is_that_of_the_period(effect: str) -> None:
+    scene = {"texture": {"period": 20e-3, "amplitude": 20e-6}, "effects": {effect: {}}}
+    for seconds, told in ((0.2, True), (0.3, False)):
+        warnings = rw.explain({**scene, "output": {"duration": seconds, "sample_rate": 8000}}).warnings
+        assert any("may peak above or below 0.8" in one for one in warnings) == told
+
+
 @pytest.mark.thorough
 def test_pieces_are_not_solved_more_finely_than_the_cells_allow(monkeypatch: pytest.MonkeyPatch) -> None:
     """The cells leave a tenth of the peak-to-peak: a landing to 1e-4 took ten minutes."""
