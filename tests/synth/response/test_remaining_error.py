@@ -13,7 +13,7 @@ import ridgewave as rw
 from synth.contact.fingertip import FingertipContact
 from synth.contact.scene_contact import contact_of
 from synth.response.demand import GOLDEN, Demand, curves, harmonics_of, points_for
-from synth.response.discretisation import remaining
+from synth.response.discretisation import AFTER_FIRST, EARLIER, remaining
 from tests.few import thorough
 from tests.synth.contact.fingertip_study import random_scene
 
@@ -22,7 +22,7 @@ HALVINGS, JUDGED = 5, 3  # of the columns in all, of which the last ones only gi
 SMALLEST = 1e-7  # error below which the finest columns are no oracle
 LIGHT = 5  # every so many scenes are light, where the changes fall by chance
 UNLUCKY = {105}
-"""Seeds whose error after two halvings is larger than told, by up to 2.7 times: a whorl that touches with its core."""
+"""Seeds whose error after two halvings is larger than told, by up to 1.7 times: a whorl that touches with its core."""
 
 
 @pytest.mark.parametrize("seed", [*range(8), *(thorough(seed) for seed in [*range(8, 60), *sorted(UNLUCKY)])])
@@ -45,9 +45,10 @@ def test_the_error_is_at_most_what_the_changes_predict(seed: int) -> None:
 
     changed = [between(after, before) for before, after in itertools.pairwise(series)]
     for level in range(1, JUDGED + 1):
-        told = remaining(changed[level - 1], changed[level - 2] if level > 1 else None, contact.settles)
+        earlier = changed[level - 2] if level > 1 else None
+        told = remaining(changed[level - 1], earlier, contact.settles, AFTER_FIRST if level == 2 else EARLIER)
         true = between(series[-1], series[level])
-        allowed = 2.7 if seed in UNLUCKY else 1.0
+        allowed = 1.7 if seed in UNLUCKY else 1.0
         assert all(error <= allowed * most + SMALLEST for error, most in zip(true, told, strict=True)), (
             level,
             true,
