@@ -43,7 +43,8 @@ ALONG = re.compile(
     r"длина.*|距離.*|长度.*|位置.*|délka.*|vzdálenost.*|distanza.*|posizione.*|lunghezza.*|distancia.*|posición.*|longitud\b.*|"
     r"posição.*|distância.*|długość.*|pozycja.*|odległość.*|θέση.*|απόσταση.*|μήκος.*|mesafe.*|konum.*|uzunluk.*|"
     r"afstand.*|lengte.*|läge.*|längd.*|pituus.*|hossz.*|távolság.*|"
-    r"droga.*|ścieżka.*|dráha.*|距离.*|長度.*|거리.*|위치.*|길이.*)"
+    r"droga.*|ścieżka.*|dráha.*|距离.*|長度.*|거리.*|위치.*|길이.*|"
+    r"profil\w*?[ _-]*(?:länge|laenge|length|longueur|weg|position|distan\w*)\b.*)"
 )
 ACROSS = re.compile(r"(?i:y ?[0-9]*|y[ _-].*|y-?(?:axis|coord|pos|value).*)")
 HEIGHT = re.compile(

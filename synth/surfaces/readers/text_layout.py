@@ -95,7 +95,7 @@ def _roles(header: Header, values: np.ndarray[Any, Any]) -> tuple[str, ...] | No
     if count == 2 and named[:1] == ["index"]:
         return "", "height"
     if "height" in named[:-1] and named.count("height") == 1 and count in (2, 3):  # not where places put the heights
-        return _beside_heights(header, named)
+        return _beside_heights(header, named, values)
     if rows == 1 and count > 3:
         return None
     if count > 3 and not named:
@@ -111,8 +111,11 @@ def _roles(header: Header, values: np.ndarray[Any, Any]) -> tuple[str, ...] | No
     return {1: ("height",), 2: ("x", "height"), 3: ("x", "y", "height")}.get(count)
 
 
-def _beside_heights(header: Header, named: list[str]) -> tuple[str, ...]:
-    """Return the roles of two columns of which the first has a name for heights. Raises InvalidRequest for three."""
+def _beside_heights(header: Header, named: list[str], values: np.ndarray[Any, Any]) -> tuple[str, ...]:
+    """Return the roles of two columns of which the first has a name for heights. Raises InvalidRequest for three.
+
+    The other one is x if it could be. Else the first is: "Topography line [mm]; Deviation [um]".
+    """
     if len(named) > 2:
         name = header.columns[named.index("height")].name[:60]
         refuse_file(
@@ -120,7 +123,9 @@ def _beside_heights(header: Header, named: list[str]) -> tuple[str, ...]:
             "x, y and heights",
             "Write the names x; y; z above them.",
         )
-    return "height", "" if named[1] == "other" else "x"
+    if named[1] == "other":
+        return "height", ""
+    return ("height", "x") if _is_monotonic(values[:, 1]) else ("x", "height")
 
 
 def _is_monotonic(column: np.ndarray[Any, Any]) -> bool:

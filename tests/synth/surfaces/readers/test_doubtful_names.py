@@ -156,6 +156,20 @@ def test_heights_in_the_first_column_are_told_by_their_name(tmp_path: Path, head
     np.testing.assert_allclose(found.spacing, [2.5e-4])
 
 
+@pytest.mark.parametrize(
+    "header",
+    ["Profillänge [mm]\tRauheit [um]", "Profile length (mm)\tDeviation (um)", "Raw position (mm)\tSignal (um)",
+     "Depth of scan [mm]\tForce line [um]"],
+)  # fmt: skip
+def test_an_x_whose_name_has_a_word_of_heights_is_x(tmp_path: Path, header: str) -> None:
+    check_heights(imported(tmp_path, header, unit="mm, um"))
+
+
+def test_a_length_of_a_profile_is_x_beside_heights_that_rise(tmp_path: Path) -> None:
+    rows = [f"{x:.2f}\t{0.1 * place:.1f}" for place, x in enumerate(X)]
+    check_heights(imported(tmp_path, "Profile length (mm)\tDeviation (um)", rows), heights=0.1 * np.arange(COUNT))
+
+
 def test_heights_before_two_unknown_columns_are_refused(tmp_path: Path) -> None:
     rows = [f"{x}\t{z}\t1" for x, z in zip(X, Z, strict=True)]
     assert "no column of x" in refusal(tmp_path, "Foo (mm)\tZ (um)\tBar", rows)
