@@ -114,7 +114,8 @@ def _roles(header: Header, values: np.ndarray[Any, Any]) -> tuple[str, ...] | No
 def _beside_heights(header: Header, named: list[str], values: np.ndarray[Any, Any]) -> tuple[str, ...]:
     """Return the roles of two columns of which the first has a name for heights. Raises InvalidRequest for three.
 
-    The other one is x if it could be. Else the first is: "Topography line [mm]; Deviation [um]".
+    The other one is x if it could be: it rises or falls, and its unit is not the smaller one. Else the first is:
+    "Topography line [mm]; Deviation [um]".
     """
     if len(named) > 2:
         name = header.columns[named.index("height")].name[:60]
@@ -125,7 +126,9 @@ def _beside_heights(header: Header, named: list[str], values: np.ndarray[Any, An
         )
     if named[1] == "other":
         return "height", ""
-    return ("height", "x") if _is_monotonic(values[:, 1]) else ("x", "height")
+    of_first, of_other = (UNITS.get(column.unit or "") for column in header.columns)
+    is_finer = of_first is not None and of_other is not None and of_other < of_first
+    return ("height", "x") if _is_monotonic(values[:, 1]) and not is_finer else ("x", "height")
 
 
 def _is_monotonic(column: np.ndarray[Any, Any]) -> bool:

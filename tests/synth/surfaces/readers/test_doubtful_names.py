@@ -165,9 +165,11 @@ def test_an_x_whose_name_has_a_word_of_heights_is_x(tmp_path: Path, header: str)
     check_heights(imported(tmp_path, header, unit="mm, um"))
 
 
-def test_a_length_of_a_profile_is_x_beside_heights_that_rise(tmp_path: Path) -> None:
+@pytest.mark.parametrize("header", ["Profile length (mm)\tDeviation (mm)", "Profile X (mm)\tDeviation (um)"])
+def test_a_length_of_a_profile_is_x_beside_heights_that_rise(tmp_path: Path, header: str) -> None:
     rows = [f"{x:.2f}\t{0.1 * place:.1f}" for place, x in enumerate(X)]
-    check_heights(imported(tmp_path, "Profile length (mm)\tDeviation (um)", rows), heights=0.1 * np.arange(COUNT))
+    unit = 1e-3 if header.endswith("(mm)") else 1e-6
+    check_heights(imported(tmp_path, header, rows), unit, 0.1 * np.arange(COUNT))
 
 
 def test_heights_before_two_unknown_columns_are_refused(tmp_path: Path) -> None:
