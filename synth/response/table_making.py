@@ -19,7 +19,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
 
 from synth.arrays import Array
 from synth.contact.forces import Response
@@ -203,7 +202,10 @@ class TableMaking:
         rows = solved_rows(self.response, loads, self.phases)
         gaps = solved_rows(other, loads, self.phases).heights - rows.heights
         changed = self.relative_to_extents(gaps, np.maximum(self._extents(rows.heights), self.usual))
-        within = maximum_filter1d(changed, CHANGES_AN_OCTAVE + 1, axis=2, mode="nearest")[:, :, ::CHANGES_AN_OCTAVE]
+        beside = CHANGES_AN_OCTAVE // 2
+        around = np.pad(changed, ((0, 0), (0, 0), (beside, beside)), mode="edge")
+        windows = np.lib.stride_tricks.sliding_window_view(around, CHANGES_AN_OCTAVE + 1, axis=2)
+        within = np.max(windows[:, :, ::CHANGES_AN_OCTAVE], axis=3)
         return np.concatenate([within[:, :, :1], within], axis=2)
 
     def series(self, values: Array) -> Complex:
