@@ -83,12 +83,12 @@ class FingerSurface:
     def columns(self, depth: float, coarser: float) -> FingerColumns:
         """Return columns whose levels reach at least `depth` (m) below the top of the fingertip.
 
-        coarser: factor on the distance of columns; that of levels has its root, that of samples, and so of rows, its
-            cube root.
+        coarser: factor on the distance of columns; that of levels has its power of 2/3, that of samples, and so of
+            rows, its cube root.
         Deeper columns have the same values at the levels that they share, so results do not depend on the depth.
         """
         usual = self.footprint.depth + 2.0 * self.field.amplitude
-        drop, least = math.sqrt(coarser) * usual / LEVELS, SHALLOWEST * usual
+        drop, least = coarser ** (2.0 / 3.0) * usual / LEVELS, SHALLOWEST * usual
         steps = max(math.ceil(math.log(max(depth, least) / least) / math.log(DEEPER)), 0)
         reached = min(least * DEEPER**steps, self.tall)
         return finger_columns(self, math.ceil(reached / drop) + 3, drop, coarser)

@@ -25,6 +25,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.finger_columns import COLUMNS, FingerSurface
+from synth.contact.finger_fold import denser_by
 from synth.contact.fingertip_solver import FingertipGrid
 from synth.contact.footprint import Footprint
 from synth.contact.full_contact import FullContact
@@ -43,8 +44,8 @@ if TYPE_CHECKING:
 
 PIECES_A_RIDGE, FEWEST_PIECES = 16, 48  # of the texture: per ridge, and least number under the finger and per period
 RISES = 8  # pieces over the height of a ridge, where the texture is steep
-FINEST = 1.0 / 8.0  # least factor on all of these distances: 30 MB of columns, 0.4 s
-MOST_NODES, MOST_COLUMNS = 1 << 17, 24_000  # of a period, 5 MB; of a finger, as 10 mm have at FINEST
+FINEST = 1.0 / 8.0  # least factor on the distance of columns: 45 MB of them, 1 s
+MOST_NODES, MOST_COLUMNS = 1 << 19, 24_000  # of a period, 34 MB; of a finger, as 10 mm have at FINEST
 
 
 def area_grid(
@@ -84,7 +85,7 @@ def line_grid(surface: FingerSurface, texture: Profile, scale: float, coarser: f
     ridge, tall = surface.field.period, 2.0 * surface.field.amplitude or surface.footprint.depth
     under = min(surface.footprint.reach[0], texture.period)
     length = min(ridge / PIECES_A_RIDGE, under / FEWEST_PIECES)
-    nodes = texture_nodes(texture, coarser * length, coarser * tall / RISES)
+    nodes = texture_nodes(texture, length / denser_by(coarser), coarser ** (1.0 / 3.0) * tall / RISES)
     return FingertipGrid(surface, nodes, texture.period, texture.extent, coarser, scale)
 
 

@@ -21,11 +21,10 @@ ORDERS, PHASES, HIGHEST = (0, 1, 2), 384, 32
 HALVINGS, JUDGED = 5, 3  # of the columns in all, of which the last ones only give the true error
 SMALLEST = 1e-7  # error below which the finest columns are no oracle
 LIGHT = 5  # every so many scenes are light, where the changes fall by chance
-UNLUCKY = {105}
-"""Seeds whose error after two halvings is larger than told, by up to 1.7 times: a whorl that touches with its core."""
+MORE = [*range(8, 60), 105]  # 105 is a whorl that touches with its core
 
 
-@pytest.mark.parametrize("seed", [*range(8), *(thorough(seed) for seed in [*range(8, 60), *sorted(UNLUCKY)])])
+@pytest.mark.parametrize("seed", [*range(8), *(thorough(seed) for seed in MORE)])
 def test_the_error_is_at_most_what_the_changes_predict(seed: int) -> None:
     asked = random_scene(seed)
     if seed % LIGHT == 0:
@@ -48,8 +47,7 @@ def test_the_error_is_at_most_what_the_changes_predict(seed: int) -> None:
         earlier = changed[level - 2] if level > 1 else None
         told = remaining(changed[level - 1], earlier, contact.settles, AFTER_FIRST if level == 2 else EARLIER)
         true = between(series[-1], series[level])
-        allowed = 1.7 if seed in UNLUCKY else 1.0
-        assert all(error <= allowed * most + SMALLEST for error, most in zip(true, told, strict=True)), (
+        assert all(error <= most + SMALLEST for error, most in zip(true, told, strict=True)), (
             level,
             true,
             told,
