@@ -35,6 +35,7 @@ ROWS = 2  # per sample across; with 6 columns change by 3e-6 of the acceleration
 FEWEST = 256  # columns of the smallest fingertip
 BESIDE = 4  # samples beyond the oval on every side
 LEVELS = 128  # over the height of the ridges and the depth of the nominal footprint
+NEARER = 0.6  # power of the distance of columns: at small loads the error of levels is the larger one
 SHALLOWEST = 0.75  # of that height: less deep columns are not made
 DEEPER = 1.3  # factor between the depths for which columns are made: a finger at many loads needs few
 LEVEL = 1e-15  # m: a row that rises less counts as level
@@ -83,12 +84,12 @@ class FingerSurface:
     def columns(self, depth: float, coarser: float) -> FingerColumns:
         """Return columns whose levels reach at least `depth` (m) below the top of the fingertip.
 
-        coarser: factor on the distance of columns; that of levels has its power of 2/3, that of samples, and so of
+        coarser: factor on the distance of columns; that of levels has its power NEARER, that of samples, and so of
             rows, its cube root.
         Deeper columns have the same values at the levels that they share, so results do not depend on the depth.
         """
         usual = self.footprint.depth + 2.0 * self.field.amplitude
-        drop, least = coarser ** (2.0 / 3.0) * usual / LEVELS, SHALLOWEST * usual
+        drop, least = coarser**NEARER * usual / LEVELS, SHALLOWEST * usual
         steps = max(math.ceil(math.log(max(depth, least) / least) / math.log(DEEPER)), 0)
         reached = min(least * DEEPER**steps, self.tall)
         return finger_columns(self, math.ceil(reached / drop) + 3, drop, coarser)

@@ -1,8 +1,7 @@
 """The columns of a finger, added over the periods of a texture that it spans.
 
 Model   B(q, l) = sum over n of A(q + n period, l), with A the area of a column above a level (`finger_columns`).
-        Between columns A is cubic, with an error of order 3 in their distance, and B is linear, with one of order 2. As
-        the columns come closer together, those of B do so with the power FINER.
+        Between columns A is cubic, and B is linear. So below the usual distances B has DENSER columns for each of A.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from synth.contact.finger_columns import FingerColumns
 from synth.kernels import inlined, signed_kernel
 
 Floats = np.ndarray[Any, np.dtype[np.float32]]
-FINER = 1.5  # 3 over 2: both errors then fall alike. Nodes of the texture come closer together as B does
+DENSER = 2
 FEWEST_COLUMNS = 64  # of B, over a period, at the usual distances: halving must bring these closer, too
 TOGETHER = 16  # columns of B that are written at once, so that neighbours in memory are
 
@@ -48,8 +47,8 @@ class Fold:
     def of(cls, columns: FingerColumns, period: float, area: float, coarser: float) -> Fold:
         """Return the fold of `columns` over `period` (m); area: L0 W0, m^2; coarser: as of `FingertipGrid`."""
         width = columns.step * (len(columns.areas) + 1)
-        whole, denser = min(period, width), denser_by(coarser)
-        count = math.ceil(max(whole / columns.step * denser * coarser, FEWEST_COLUMNS * denser))
+        whole, denser = min(period, width), DENSER if coarser < 1.0 else 1
+        count = math.ceil(denser * max(whole / columns.step, FEWEST_COLUMNS / coarser))
         levels = columns.areas.shape[1]
         areas, ends = np.empty((levels, count + 1, 2), np.float32), np.zeros((count + 1, 2))
         tops = np.full(count + 1, -math.inf)
@@ -57,11 +56,6 @@ class Fold:
         read = columns.areas, columns.ends, columns.tops, columns.step
         add_copies(*read, whole, copies, 1.0 / area, areas, ends, tops)
         return cls(areas, ends, tops, first, whole / count, columns.top, columns.drop)
-
-
-def denser_by(coarser: float) -> float:
-    """Return the factor on the number of columns of B, and of nodes; coarser: on the distance of columns."""
-    return 1.0 / coarser if coarser > 1.0 else 1.0 / coarser**FINER
 
 
 @inlined
