@@ -17,7 +17,7 @@ from synth.contact.finger_columns import FingerColumns
 from synth.kernels import inlined, signed_kernel
 
 Floats = np.ndarray[Any, np.dtype[np.float32]]
-DENSER = 2
+DENSER = 2  # the error of a line is of order 2, that of a cubic of order 3
 FEWEST_COLUMNS = 64  # of B, over a period, at the usual distances: halving must bring these closer, too
 TOGETHER = 16  # columns of B that are written at once, so that neighbours in memory are
 

@@ -45,7 +45,7 @@ PIECES_A_RIDGE, FEWEST_PIECES = 16, 48  # of the texture: per ridge, and least n
 RISES = 8  # pieces over the height of a ridge, where the texture is steep
 CLOSER, LOWER = 1.5, 1.0 / 3.0  # powers of the distance of columns: of the length of pieces, and of their rise
 """Nodes cost less memory than columns, and their error is the larger one. That of the rises is a tenth of it."""
-FINEST = 1.0 / 8.0  # least factor on the distance of columns: 45 MB of them, 1 s
+FINEST = 1.0 / 8.0  # least factor on the distance of columns: some 100 MB of them, 1 s
 MOST_NODES, MOST_COLUMNS = 1 << 19, 24_000  # of a period, 34 MB; of a finger, as 10 mm have at FINEST
 
 
