@@ -30,7 +30,7 @@ FIRST_ORDER = 0.5  # of the error remains when a discretisation is halved, for s
 UNSETTLED = 0.8  # largest assumed ratio of the next change to the last one: the error is then 4 times the last change
 DOUBT = 1.15  # times the error that the changes predict, where they fall faster: up to 1.1 was seen (denim, corduroy)
 AFTER_FIRST, EARLIER = 0.5, 0.25  # of the change before the last one: of the first change, and of a later one
-"""Parts that the error may still be. Of 186 random fingertips, at three halvings each, two exceeded it, by 1.2 times."""
+"""Parts that the error may still be. Of 186 random fingertips, at three halvings each, two exceeded it, by 1.2."""
 FRAME_PHASES = 2048  # most phases at which that of frames is tested; 4 per harmonic where that is fewer
 JUDGED_WORK = 1 << 26  # phases times cells: a fraction of a second
 
