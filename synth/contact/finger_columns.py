@@ -110,7 +110,8 @@ def samples_of(surface: FingerSurface, coarser: float) -> tuple[float, float, Ar
     """
     length, width = surface.footprint.reach
     wanted = SAMPLES / coarser ** (2.0 / ORDER)
-    steps = [min(max(wanted * one / surface.field.period, FEWEST_SAMPLES), MOST_SAMPLES) for one in (length, width)]
+    most = MOST_SAMPLES / max(coarser, 1.0) ** (2.0 / ORDER)  # also of many samples the change shows their error
+    steps = [min(max(wanted * one / surface.field.period, FEWEST_SAMPLES), most) for one in (length, width)]
     along, across = (one / math.ceil(count) for one, count in zip((length, width), steps, strict=True))
     counts = math.ceil(steps[0]), math.ceil(steps[1])
     x, y = (

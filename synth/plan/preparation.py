@@ -207,7 +207,8 @@ def _planned(solved: Preparation, demand: Demand, cells: Array, *, file: bool) -
     still = above_band(solved) or steady.silence(peaks)
     if still and not solved.by_hand:
         if not has_approach(scene):
-            return _silent(replace(solved, spectrum=None), still)
+            moves = not above_band(solved) and any(peaks.get(order, 1.0) > 0.0 for order in solved.orders)
+            return _silent(replace(solved, spectrum=None), still, 1.0 if moves else 0.0)
         solved = replace(solved, warnings=(*solved.warnings, still))
     channels = tuple(steady.planned(one, peaks, still=bool(still)) for one in scene.output.channel_list)
     if not solved.moving:
@@ -246,13 +247,16 @@ def _stretch(scene: Scene) -> Stretch | None:
     return None
 
 
-def _silent(solved: Preparation, silence: str) -> Preparation:
-    """Return the preparation of a silent scene."""
+def _silent(solved: Preparation, silence: str, error: float = 0.0) -> Preparation:
+    """Return the preparation of a silent scene.
+
+    error: of its quantities, relative to their peak-to-peak; 1 where a motion is left out.
+    """
     scene = solved.scene
     return replace(
         solved,
         channels=tuple(
-            ChannelPlan(one.quantity, ORDERS[one.quantity], one.full_scale or 1.0, 0.0, 0.0, None)
+            ChannelPlan(one.quantity, ORDERS[one.quantity], one.full_scale or 1.0, error, 0.0, None)
             for one in scene.output.channel_list
         ),
         warnings=(*solved.warnings, silence),

@@ -11,6 +11,7 @@ from synth.contact.scene_contact import contact_of
 from synth.encode.sound import render
 from synth.motion.motion import LOAD, Motion, Update
 from synth.motion.scan_motion import ScanMotion
+from synth.plan.plan import plan_of
 from synth.scene.scene import Scene, parse_scene
 from synth.voice.hand_voice import HandVoice
 from synth.voice.voice import blocks, open_voice, total_frames
@@ -83,6 +84,7 @@ def test_below_a_nanometre_an_automatic_scale_gives_silence_and_a_warning() -> N
     voice = open_voice(parse_scene(faint))
     assert not voice.render(1000).any()
     assert any("less than 1 nm" in warning for warning in voice.warnings)
+    assert plan_of(voice.solved).estimated_error == {"acceleration": 1.0}  # the whole motion is left out
     asked = open_voice(parse_scene({**faint, "output": {"quantity": "displacement", "full_scale": "1 nm"}}))
     assert np.abs(asked.render(1000)).max() > 0.005
     assert not any("1 nm" in warning for warning in asked.warnings)
