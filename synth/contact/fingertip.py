@@ -44,7 +44,8 @@ if TYPE_CHECKING:
 PIECES_A_RIDGE, FEWEST_PIECES = 16, 48  # of the texture: per ridge, and least number under the finger and per period
 RISES = 8  # pieces over the height of a ridge, where the texture is steep
 CLOSER, LOWER = 1.5, 1.0 / 3.0  # powers of the distance of columns: of the length of pieces, and of their rise
-"""Nodes cost less memory than columns, and their error is the larger one. That of the rises is a tenth of it."""
+"""Below the usual distances. Nodes cost less memory than columns, and their error is the larger one.
+That of the rises is a tenth of it."""
 FINEST = 1.0 / 8.0  # least factor on the distance of columns: some 100 MB of them, 1 s
 MOST_NODES, MOST_COLUMNS = 1 << 19, 24_000  # of a period, 34 MB; of a finger, as 10 mm have at FINEST
 
@@ -86,8 +87,8 @@ def line_grid(surface: FingerSurface, texture: Profile, scale: float, coarser: f
     ridge, tall = surface.field.period, 2.0 * surface.field.amplitude or surface.footprint.depth
     under = min(surface.footprint.reach[0], texture.period)
     length = min(ridge / PIECES_A_RIDGE, under / FEWEST_PIECES)
-    length *= coarser if coarser > 1.0 else coarser**CLOSER
-    nodes = texture_nodes(texture, length, coarser**LOWER * tall / RISES)
+    closer, lower = (CLOSER, LOWER) if coarser < 1.0 else (1.0, 1.0)
+    nodes = texture_nodes(texture, coarser**closer * length, coarser**lower * tall / RISES)
     return FingertipGrid(surface, nodes, texture.period, texture.extent, coarser, scale)
 
 
