@@ -3,8 +3,8 @@
 Stage   after STAGE 3, for a scene that a hand leads.
 Model   The hand moves as the scene's own stroke or recording. Where the scene has a constant scan, it lands, rubs to
         and fro up to the speed of the scan with a load that swings about that of the scan, and lifts (`rubbed`). A live
-        voice reads its response table or a layered table, or solves eq. 1 along the motion. Each is measured in several
-        sizes. The frames are those of the motion, without the delay of the voice.
+        voice reads its response table, or solves eq. 1 along the motion. Each is measured in several sizes. The frames
+        are those of the motion, without the delay of the voice.
 Source  design, section 5. The rub: unverified default.
 """
 
@@ -14,7 +14,6 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -64,21 +63,14 @@ def hand_methods(case: MotionCase, hand: Preparation, setup: float) -> Iterator[
             yield replace(method, set_up=partial(_table, case, hand, setup)) if chosen else method
     assert hand.contact is not None
     direct = hand.direct or direct_plan(hand, hand.contact, hand.whole, ResponseCache())
-    if direct.table is not None:
-        nbytes = direct.table.memory_bytes
-        made = partial(_direct, case, hand, direct, direct.finer, setup=setup, nbytes=nbytes)
-        yield Method(chosen_of(case, hand), "table", made)
-        source: Any = direct.contact
-        direct = replace(direct, contact=source.contact)
-    contact: Any = direct.contact
-    a_solution, steps = case.seconds_a_solution(contact.heights), set[float]()
+    a_solution, steps = case.seconds_a_solution(direct.contact.heights), set[float]()
     for ratio in RATIOS:
         a_second = _steps(case, hand, direct, ratio * direct.finer)
         if a_second in steps:
             continue
         steps.add(a_second)
-        own = setup if ratio == 1.0 and hand.direct is not None and hand.direct.table is None else None
-        nbytes = contact.grid.nbytes
+        own = setup if ratio == 1.0 and hand.direct is not None else None
+        nbytes = direct.contact.grid.nbytes
         made = partial(_direct, case, hand, direct, ratio * direct.finer, setup=own, nbytes=nbytes)
         seconds = TWICE * a_solution * a_second * case.piece[1] / case.rate
         yield Method(direct_name(a_second), "steps", made, seconds)
@@ -94,8 +86,6 @@ def chosen_of(case: MotionCase, hand: Preparation) -> str:
     if hand.table is not None:
         return table_name(case, 1.0)
     assert hand.direct is not None
-    if hand.direct.table is not None:
-        return "layered table"
     return direct_name(_steps(case, hand, hand.direct, hand.direct.finer))
 
 

@@ -10,7 +10,6 @@ profile_solver              the approach z of any profile, on the segments of `p
 fingertip, fingertip_solver the approach z of a fingertip with ridges over an area, on a texture along a line
 area_contact                a finger on a height field: its cells (`area_grid`), the texture (`area_texture`), the
                             solver (`area_solver`) and motion across it (`area_path`)
-area_layers, layer_sums     the same for all places and loads at once, for a layered table
 curved_contact              a round finger
 growing_contact             a contact length that follows the load
 scene_contact               the contact of a scene; `line` is where it stands over an area

@@ -99,6 +99,9 @@ def turned(contact: Any, angle: float) -> Any:
 
 def _grid(contact: AreaContact, number: int) -> AreaGrid:
     """Return the cells at `number` times TURN_STEP from the direction of `contact`."""
+    if number == 0:
+        own: AreaGrid = contact.grid
+        return own
     direction = contact.line.direction + number * TURN_STEP
     grid: AreaGrid = PARTS.get((_grid, contact.key, number), partial(contact.grid_at, direction))
     contact.recent.append(grid)

@@ -1,17 +1,14 @@
 """Choose between the response table and direct solutions for a live voice, and plan the latter.
 
-Stage   2 (PLAN). `response.direct_reader` reads what is planned here.
+Stage   2 (PLAN). `sampling.direct_reader` reads what is planned here.
 Model   The rule: a voice reads its table where the table holds every harmonic that is in the band at the scan's own
         speed. Otherwise eq. 1 is solved along the motion. A table holds 64 harmonics for a band of 1 kHz, which is
         enough for periods up to 5.1 mm at 80 mm/s. A contact whose solutions would take more than MOST_WORK keeps its
-        table, unless its surface is too long for one.
-        A finger that may leave its line over an area reads a layered table while it keeps the direction of that line
-        (`area_source`). In any other direction z is solved along its path (`live_work`).
+        table, unless its surface is too long for one. A finger that may leave its line over an area is always solved.
         Displacement is z less its mean over PLACES places of the surface, at each load.
         Error: the folded error of a swing (`swing`) at the lightest, the scan's and the heaviest usual load. The errors
-        of the filter and of the solver's segments, or of a layered table, are added. Over an area LEFT_OF_CHANGE of
-        the change by cells twice as large as the usual ones is added too, and the usual rate is halved if the folded
-        error stays within FOLDED. The error of larger cells is measured against usual ones, at the scan's own speed.
+        of the filter and of the solver's segments or cells are added. Over an area the usual rate is halved if the
+        folded error stays within FOLDED.
 Source  design, sections 1 and 8.
 Limits  The error is that of one swing, at one place for each load. If an effect reads a table of its own, over a
         period, the contact keeps its table too, so that all channels have one delay.
@@ -19,23 +16,22 @@ Limits  The error is that of one swing, at one place for each load. If an effect
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.effects.effect import Kind
-from synth.kept_files import FileEntry, FileForm, json_form
+from synth.kept_files import FileForm, json_form
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effect_choice import outputs_of
-from synth.plan.live_work import FEWER, least_solutions, predicted_work
+from synth.plan.live_work import LEFT_OF_CHANGE, least_solutions, predicted_work
 from synth.plan.request import HAND_LOADS, HAND_SPEEDS, Request, harmonics_in_band
 from synth.plan.scene_table import band_of, bounds_for, entry_of
-from synth.plan.swing import FOLD_POWER, Swing, changed_by, folded_errors, turning_errors
+from synth.plan.swing import FOLD_POWER, Swing, changed_by, changes_to, folded_errors, turning_errors
 from synth.response.mean_approach import Mean, MeanSpline, mean_curve, mean_over_area
 from synth.response.table_error import QUANTITIES
 from synth.response_cache import ResponseCache
@@ -43,41 +39,20 @@ from synth.sampling.band_filter import SOLUTIONS, band_filter
 from synth.scene.scene import Scene
 from synth.surfaces import profile_of
 
-if TYPE_CHECKING:
-    from synth.response.area_source import AreaSource
-    from synth.response.layered_table import LayeredTable
-
 FOLDED = 0.01  # of the peak-to-peak: largest folded error with fewer solutions
 MOST_WORK = 0.22  # predicted s of processor time per second; more would leave no room for other hands
-LEFT_OF_CHANGE = 0.7  # error of cells over the change by cells twice as large: up to 0.57 in 20 random scenes of dots
-MOST_MAKING, WORKERS = 3.0, 2  # predicted s of processor time to make a layered table, and number of threads
 MEAN_TOLERANCE = 0.1  # tolerance of the mean of z over the load; its error is a thousandth of it, of the peak-to-peak
 AREA_MEAN_TOLERANCE = 2.0  # for fingertips, areas and long surfaces: 0.2 %, below the error of a mean over PLACES
 PLACES, MEANS = 128, 9  # places, and least number of loads, of the mean: a fingertip takes 30 us per place and load
 PATH_SLOPE = 0.618033988749895  # slope of the path on which the rate of solutions is judged: along no row of points
 TURNED = 0.03  # s, length of the swing on which the error of a finger that turns is measured
 
-PLAIN = ("heaviest", "band", "finer", "rate", "fastest", "loads", "errors", "solution_seconds")
-"""Fields of a DirectPlan that are numbers."""
-
-
-@dataclass(frozen=True, slots=True)
-class Turning:
-    """Error and cost of a finger that is turned from its own direction over an area.
-
-    errors: then added to the errors of displacement, velocity and acceleration, relative to the peak-to-peak.
-    work: measured processor time of a second of sound between two directions, s.
-    """
-
-    errors: tuple[float, ...]
-    work: float
-
 
 @dataclass(frozen=True, slots=True)
 class DirectPlan:
     """How a voice solves eq. 1 along its motion.
 
-    contact: source of z: the contact over the whole surface, or `area_source.AreaSource`.
+    contact: the contact over the whole surface, which is solved.
     mean: mean of z over places of the surface (m), over the cube root of the load (N^(1/3)).
     heaviest: largest load that is solved, N; a heavier one is read as this load.
     band: frequency up to which every component is kept, Hz.
@@ -87,10 +62,10 @@ class DirectPlan:
     loads: lightest, own and heaviest load for which the errors are reported, N.
     errors: of displacement, velocity and acceleration, relative to the peak-to-peak.
     solution_seconds: measured processor time of a solution at the load where it is longest, s.
-    turning: of a finger that may leave its line over an area and turn; None for one on a line.
+    turning: what a finger that is turned from its own direction adds to each of `errors`; None for one on a line.
     """
 
-    contact: Contact | AreaSource
+    contact: Contact
     mean: Mean
     heaviest: float
     band: float
@@ -100,17 +75,12 @@ class DirectPlan:
     loads: tuple[float, ...]
     errors: tuple[float, ...]
     solution_seconds: float
-    turning: Turning | None = None
+    turning: tuple[float, ...] | None = None
 
     @property
     def work(self) -> float:
         """Measured processor time of a second of sound, s."""
         return self.rate * self.solution_seconds
-
-    @property
-    def table(self) -> LayeredTable | None:
-        """The layered table that is read, or None."""
-        return getattr(self.contact, "table", None)
 
 
 def follows_path(scene: Scene) -> bool:
@@ -164,145 +134,76 @@ def direct_plan(
     loads = min(low, HAND_LOADS[0]), scene.scan.load, max(high, HAND_LOADS[1])
     judged = tuple(max(load, scene.scan.lift_load) for load in loads)
     own = ScanMotion(scene, whole=asked.live).fastest()
-    fastest = max(own, HAND_SPEEDS[1])
-    arguments = (scene.output.sample_rate, band_of(scene), fastest, judged, heaviest, tolerance)
-    key: Hashable = ("direct plan", contact.key, whole.key, over_area(asked), own, *arguments)
-    if not over_area(asked):
-        return cache.get(
-            key,
-            lambda: _along_line(contact, whole, *arguments),
-            lambda: entry_of(scene, whole, (contact.geometry.texture_period, *arguments), _form_along(whole)),
-        )
-
-    def source() -> AreaSource:
-        return _area_source(scene, whole, cache, heaviest)
-
-    def file() -> FileEntry[DirectPlan] | None:
-        return entry_of(scene, whole, (own, *arguments), _form_over(source)) if tolerance is None else None
-
-    return cache.get(key, lambda: _over_area(whole, source, own, *arguments), file)
+    on_path, fastest = over_area(asked), max(own, HAND_SPEEDS[1])
+    arguments = (scene.output.sample_rate, band_of(scene), fastest, own if on_path else None, judged, heaviest)
+    decided = (contact.geometry.texture_period, *arguments, tolerance)
+    return cache.get(
+        ("direct plan", contact.key, whole.key, *arguments, tolerance),
+        lambda: _planned(contact, whole, *arguments, tolerance=tolerance),
+        lambda: entry_of(scene, whole, decided, _form_on(whole)),
+    )
 
 
-def _form_along(whole: Contact) -> FileForm[DirectPlan]:
-    """Return the form of the file of a plan along a line. The file leaves out `whole`, which the scene determines."""
+def _form_on(whole: Contact) -> FileForm[DirectPlan]:
+    """Return the form of the file of a plan. The file leaves out `whole`, which the scene determines."""
 
     def document(plan: DirectPlan) -> dict[str, Any]:
         assert isinstance(plan.mean, MeanSpline), "loads from 0 N"
-        return _numbers(plan) | {"mean": [plan.mean.roots.tolist(), plan.mean.values.tolist()]}
+        plain = {one.name: getattr(plan, one.name) for one in fields(plan) if one.name not in ("contact", "mean")}
+        return plain | {"mean": [plan.mean.roots.tolist(), plan.mean.values.tolist()]}
 
-    def plan_of(fields: dict[str, Any]) -> DirectPlan:
-        mean = MeanSpline(*(np.array(values, dtype=float) for values in fields["mean"]))
-        return DirectPlan(whole, mean, **_plain(fields))
-
-    return json_form(document, plan_of)
-
-
-def _form_over(source: Callable[[], AreaSource]) -> FileForm[DirectPlan]:
-    """Return the form of the file of a plan over an area, whose layered table has a file of its own."""
-
-    def document(plan: DirectPlan) -> dict[str, Any]:
-        assert plan.turning is not None
-        return _numbers(plan) | {"turned": plan.turning.errors, "work": plan.turning.work}
-
-    def plan_of(fields: dict[str, Any]) -> DirectPlan:
-        turning, found = Turning(tuple(fields["turned"]), fields["work"]), source()
-        return DirectPlan(found, found.mean, **_plain(fields), turning=turning)
+    def plan_of(document: dict[str, Any]) -> DirectPlan:
+        mean = MeanSpline(*(np.array(values, dtype=float) for values in document.pop("mean")))
+        plain: Any = {name: tuple(value) if isinstance(value, list) else value for name, value in document.items()}
+        return DirectPlan(whole, mean, **plain)
 
     return json_form(document, plan_of)
 
 
-def _numbers(plan: DirectPlan) -> dict[str, Any]:
-    return {name: getattr(plan, name) for name in PLAIN}
+def _planned(
+    contact: Contact, whole: Contact, rate: int, band: float, fastest: float, own: float | None,
+    loads: tuple[float, ...], heaviest: float, *, tolerance: float | None,
+) -> DirectPlan:  # fmt: skip
+    """Return the plan; own: speed of the scan (m/s) of a finger that may leave its line over an area; None: it may not.
 
-
-def _plain(fields: dict[str, Any]) -> dict[str, Any]:
-    """Return the PLAIN fields of a document."""
-    return {name: tuple(fields[name]) if isinstance(fields[name], list) else fields[name] for name in PLAIN}
-
-
-def _along_line(
-    contact: Contact,
-    whole: Contact,
-    rate: int,
-    band: float,
-    fastest: float,
-    loads: tuple[float, ...],
-    heaviest: float,
-    tolerance: float | None,
-) -> DirectPlan:
-    long = whole.geometry.texture_period > contact.geometry.texture_period
-    allowed = AREA_MEAN_TOLERANCE if long or not whole.of_one_line else MEAN_TOLERANCE
-    mean = mean_curve(whole, (0.0, heaviest), loads[1], allowed, PLACES, MEANS)
+    The other arguments are the fields of DirectPlan, and those of `direct_plan`.
+    """
+    on_path, longer = own is not None, whole.geometry.texture_period > contact.geometry.texture_period
+    allowed = AREA_MEAN_TOLERANCE if on_path or longer or not whole.of_one_line else MEAN_TOLERANCE
+    average: Any = mean_over_area if on_path else mean_curve
+    mean: Mean = average(whole, (0.0, heaviest), loads[1], allowed, PLACES, MEANS)
     least = least_solutions(whole)
-    swing = Swing(least * SOLUTIONS * band, band, fastest)
+    swing = Swing(least * SOLUTIONS * band, band, fastest, PATH_SLOPE if on_path else 0.0)
     folded, seconds = folded_errors(whole, swing, loads)
+    if own is None:
+        cells, turning = _by_segments(contact, swing, loads[1]), None
+    else:
+        cells, turning = _by_cells(whole, swing, replace(swing, fastest=own or fastest), loads[1])
+    finer, steps, errors = _filtered(rate, swing, folded, cells, tolerance, least)
+    return DirectPlan(whole, mean, heaviest, band, finer, steps, fastest, loads, errors, seconds, turning)
+
+
+def _by_segments(contact: Contact, swing: Swing, load: float) -> Array:
+    """Return the error of each quantity by the segments or columns of `contact`, on its line."""
     smaller, larger = contact.refined() or contact.halved(), contact.doubled()
     if smaller is None and larger is not None:
-        coarse = changed_by(larger, contact, swing, loads[1])
-    else:
-        coarse = changed_by(contact, smaller, swing, loads[1]) / (1.0 - contact.settles)
-    finer, steps, errors = _filtered(rate, swing, folded, coarse, tolerance, least)
-    return DirectPlan(whole, mean, heaviest, band, finer, steps, fastest, loads, errors, seconds)
+        return changed_by(larger, contact, swing, load)
+    return changed_by(contact, smaller, swing, load) / (1.0 - contact.settles)
 
 
-def _area_source(scene: Scene, coarse: Any, cache: ResponseCache, heaviest: float) -> AreaSource:
-    """Return the layered table of `scene`, and the contact on which a turned finger is solved."""
-    from synth.contact.area_path import coarsened
-    from synth.response.area_source import AreaSource
-    from synth.response.layered_cost import LayeredBounds
-    from synth.response.layered_file import LAYERED_FORM
-    from synth.response.layered_making import make_layered_table
+def _by_cells(whole: Any, swing: Swing, slower: Swing, load: float) -> tuple[Array, tuple[float, ...]]:
+    """Return the error of each quantity by the cells of `whole`, and what a finger adds that is turned.
 
-    fine, bounds = coarsened(coarse, 1.0), LayeredBounds(heaviest=heaviest, seconds=MOST_MAKING)
-    table = cache.get(
-        ("layered", fine.key, bounds),
-        lambda: make_layered_table(fine, bounds, workers=WORKERS),
-        lambda: entry_of(scene, fine, bounds, LAYERED_FORM),
-    )
-    return AreaSource(table, coarse)
-
-
-def _over_area(
-    coarse: Any,
-    table_source: Callable[[], AreaSource],
-    own: float,
-    rate: int,
-    band: float,
-    fastest: float,
-    loads: tuple[float, ...],
-    heaviest: float,
-    tolerance: float | None,
-) -> DirectPlan:
+    slower: the swing at the scan's own speed, at which finer waves are in the band.
+    """
     from synth.contact.area_path import coarsened
 
-    swing = Swing(FEWER * SOLUTIONS * band, band, fastest, PATH_SLOPE)
-    slower = replace(swing, fastest=own or fastest)  # at this speed finer waves are in the band
-    fine = coarsened(coarse, 1.0)
-
-    def most_changed(contact: Any, better: Any) -> Array:
-        """Return the larger change over both swings."""
-        return np.maximum(*(changed_by(contact, better, one, loads[1]) for one in (swing, slower)))
-
-    source: Contact | AreaSource = coarse
-    if tolerance is None and coarse.of_one_surface:  # a table is of one surface
-        source = table_source()
-        mean: Mean = source.mean
-        cells = LEFT_OF_CHANGE * most_changed(coarsened(coarse, 2.0), fine)
-    else:
-        cells = np.zeros(len(QUANTITIES))
-        if tolerance is None:
-            cells = LEFT_OF_CHANGE * most_changed(coarsened(coarse, 2.0), fine)
-        else:
-            source = coarse = fine  # `cells_along_path` has chosen them
-        mean = mean_over_area(coarse, (0.0, heaviest), loads[1], AREA_MEAN_TOLERANCE, PLACES, MEANS)
-    folded, seconds = folded_errors(source, swing, loads)
-    missed = most_changed(source, fine) + cells
-    short = replace(slower, seconds=TURNED)
-    turned_folded, turned_seconds = folded_errors(coarse, short, loads)
-    turning = turned_folded + turning_errors(coarse, fine, short, loads[1])
-    finer, steps, errors = _filtered(rate, swing, folded, missed, tolerance, FEWER)
-    turns = Turning(tuple(turning.tolist()), steps * turned_seconds)
-    return DirectPlan(source, mean, heaviest, band, finer, steps, fastest, loads, errors, seconds, turns)
+    fine = coarsened(whole, min(whole.coarser, 1.0))
+    judged = (coarsened(fine, 2.0 * fine.coarser), *(() if fine is whole else (whole,)))
+    larger, *enlarged = np.max([changes_to(fine, judged, one, load) for one in {swing, slower}], axis=0)
+    cells = LEFT_OF_CHANGE * larger + sum(enlarged)
+    turning = turning_errors(whole, fine, replace(slower, seconds=TURNED), load)
+    return cells, tuple(turning.tolist())
 
 
 def _filtered(

@@ -7,8 +7,8 @@ Model   A finger swings over the area as `swing.Swing` does, at the largest spee
         `area_path` is added.
         Before that, the cells are halved until their remaining error, by the change when they are halved, is
         DISCRETE_SHARE of the tolerance, or until smaller ones would take more than MOST_WORK. A live voice along a line
-        keeps the usual cells and reports their error. Where the usual cells cannot be halved, their error is the change
-        from cells twice as large.
+        keeps the usual cells and reports their error, over an area and where they cannot be halved by the change from
+        cells twice as large.
 Source  design, section 4.
 Limits  The swing is short, and along one line of the area.
 """
@@ -28,6 +28,7 @@ from synth.kept_files import json_form
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.direct_plan import PATH_SLOPE, over_area
 from synth.plan.frame_plan import FramePlan, counted, solution_nanoseconds, stride_of
+from synth.plan.live_work import LEFT_OF_CHANGE
 from synth.plan.request import Request
 from synth.plan.scene_table import entry_of
 from synth.plan.swing import MORE_FOLDS, Swing, changed_by, relative, turning_errors
@@ -101,12 +102,14 @@ def cells_along_line(asked: Request, contact: Any, cache: ResponseCache) -> Arra
 
     def found() -> CellErrors:
         """Return the change between two sizes of the cells, as the error that it leaves."""
-        smaller, phases = contact.halved(), points_for(highest)
-        pair = (contact.doubled(), contact) if smaller is None else (contact, smaller)
+        area, phases = contact.geometry.over_area, points_for(highest)
+        pair = (contact.doubled(), contact) if area or (smaller := contact.halved()) is None else (contact, smaller)
         theta, demand = np.arange(phases) / phases, Demand(highest, tuple(range(len(QUANTITIES))), 0.0)
         before, after = (harmonics_of(one.approach(theta, load)[0], highest) for one in pair)
         changed, _allowed = changes(before, after, demand, contact.scale_at(load))
-        left = 1.0 if smaller is None else 1.0 / (1.0 - FIRST_ORDER)  # one change cannot show a faster fall
+        left = 1.0 / (1.0 - FIRST_ORDER)  # one change cannot show a faster fall
+        if pair[1] is contact:
+            left = LEFT_OF_CHANGE if area else 1.0
         return CellErrors(tuple(left * one for one in changed))
 
     key: tuple[Any, ...] = ("cells along the line", contact.key, load, highest)

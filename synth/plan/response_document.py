@@ -69,7 +69,7 @@ def _table_document(table: ResponseTable) -> dict[str, Any]:
 
 
 def _direct_documents(direct: DirectPlan) -> dict[str, Any]:
-    """Return the parts of a voice that is solved directly: its solutions, its table, and how it turns."""
+    """Return the parts of a voice that is solved directly: its solutions, and how it turns."""
     found: dict[str, Any] = {
         "direct": {
             "solutions_a_second": direct.rate,
@@ -78,16 +78,10 @@ def _direct_documents(direct: DirectPlan) -> dict[str, Any]:
             "error_speed": direct.fastest,
         }
     }
-    if (table := direct.table) is not None:
-        found["layered"] = {
-            "places": list(table.places),
-            "loads": len(table.loads),
-            "bytes": table.memory_bytes,
-        }
-    if (turning := direct.turning) is not None:
+    if direct.turning is not None:
         found["turning"] = {
-            "error": dict(zip(QUANTITIES, turning.errors, strict=True)),
-            "processor_seconds_a_second": turning.work,
+            "error": dict(zip(QUANTITIES, direct.turning, strict=True)),
+            "processor_seconds_a_second": direct.work,
         }
     return found
 
@@ -121,7 +115,7 @@ def _method(solved: Preparation) -> str:
     if solved.frames is not None:
         return "solved frames"
     if solved.direct is not None:
-        return "direct solutions" if solved.direct.table is None else "layered table"
+        return "direct solutions"
     if solved.spectrum.closed:
         return "closed form"
     return "harmonics"

@@ -17,7 +17,6 @@ from synth.plan.scene_table import bounds_for
 if TYPE_CHECKING:
     from synth.plan.direct_plan import DirectPlan
     from synth.plan.simulation_plan import SimulationPlan
-    from synth.response.layered_table import LayeredTable
     from synth.response.table import ResponseTable
 
 MOST_REPORTED = 1 << 40  # largest reported number of harmonics in the band: of a finger that hardly moves
@@ -100,8 +99,6 @@ def _response_parts(solved: Preparation) -> list[Simulated]:
     if solved.table is not None:
         parts.append(_table_part(solved.table, varies))
     if (direct := solved.direct) is not None:
-        if direct.table is not None:
-            parts.append(_layered_part(direct.table))
         parts.append(_direct_part(solved, direct, varies))
     return parts
 
@@ -144,15 +141,6 @@ def _table_part(table: ResponseTable, varies: str) -> Simulated:
         f"up to {table.harmonics} harmonics and {table.covered[1]:.4g} N. A heavier load is read as that load."
     )
     return Simulated("response table", reason)
-
-
-def _layered_part(table: LayeredTable) -> Simulated:
-    along, across = table.places
-    reason = (
-        f"In the finger's own direction z is read from a table of {along} x {across} places and {len(table.loads)} "
-        f"loads, {1e-6 * table.memory_bytes:.2g} MB. In any other direction it is solved."
-    )
-    return Simulated("layered table", reason)
 
 
 def _direct_part(solved: Preparation, direct: DirectPlan, varies: str) -> Simulated:

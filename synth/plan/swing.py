@@ -93,12 +93,20 @@ def changed_by(contact: Any, better: Any, swing: Swing, load: float, begins: tup
     better: contact with a smaller error, to which `contact` is compared; None: the change is 0.
     begins: phase in the middle of each swing, turns.
     """
-    changed, extents = np.zeros((2, len(QUANTITIES)))
-    for begin in begins if better is not None else ():
-        before, after = (swing.curves(swing.heights(one, load, begin)) for one in (contact, better))
-        changed = np.maximum(changed, np.max(np.abs(after - before), axis=1))
+    if better is None:
+        return np.zeros(len(QUANTITIES))
+    found: Array = changes_to(better, (contact,), swing, load, begins)[0]
+    return found
+
+
+def changes_to(better: Any, contacts: Any, swing: Swing, load: float, begins: tuple[float, ...] = (0.5,)) -> Array:
+    """Return `changed_by` of each of some contacts [contacts, quantities]. `better` is solved once for all of them."""
+    changed, extents = np.zeros((len(contacts), len(QUANTITIES))), np.zeros(len(QUANTITIES))
+    for begin in begins:
+        after, *others = (swing.curves(swing.heights(one, load, begin)) for one in (better, *contacts))
+        changed = np.maximum(changed, [np.max(np.abs(after - before), axis=1) for before in others])
         extents = np.maximum(extents, np.ptp(after, axis=1))
-    return relative(changed, extents)
+    return relative(changed, np.broadcast_to(extents, changed.shape))
 
 
 def turning_errors(contact: Any, fine: Any, swing: Swing, load: float) -> Array:

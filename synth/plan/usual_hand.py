@@ -5,8 +5,7 @@ Model   A hand is prepared with a nominal scan: the scene's own speed and load, 
         Automatic full scale of a stream without a hand: that of its first scene.
         Automatic full scale of a hand: the peak is PEAK at the loudest of the usual loads and speeds (`usual_peaks`),
         or at the scene's own scan if that is louder. A hand within these loads and speeds is not limited. Lighter
-        loads, which occur when a finger lands or lifts, count only at speeds up to the scene's own. Over an area the
-        peaks are those of the layered table. Acceleration that is solved, for a turned finger, is up to a fifth larger.
+        loads, which occur when a finger lands or lifts, count only at speeds up to the scene's own.
         If a simulation replaces the response, its peak is raised by the same ratio as that of the response. The peak of
         a force is raised in proportion to the load.
 Source  HAND_LOADS: the loads at which roughness is usefully perceived (Fagiani & Barbieri, 2016, section 2).
@@ -20,7 +19,6 @@ from __future__ import annotations
 import math
 from dataclasses import asdict, dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -40,13 +38,10 @@ from synth.sampling.band_filter import SOLUTIONS
 from synth.scene.output_section import Channel
 from synth.scene.scene import Scene
 
-if TYPE_CHECKING:
-    from synth.response.area_source import AreaSource
-
 HAND_SPEED, HAND_LOAD = 0.08, 0.3  # m/s and N of a usual hand
 # Numbers of loads, landing loads and speeds whose peaks are computed. With more, opening takes longer (4 ms per load).
 PROBED_LOADS, PROBED_LANDINGS, PROBED_SPEEDS = 12, 5, 9
-PROBED_ON_STRETCH = 1, 3  # landing loads and loads where a long surface is solved: levels vary from place to place
+PROBED_ON_STRETCH = 1, 3  # of a long surface or an area, whose levels vary from place to place
 FEWEST_POINTS = 512  # of a period of a long surface or an area whose levels are probed
 MOVING_BAND = 0.49 / 0.40  # of the band: mip levels fade from the band to 1.4 times it, which is as loud as this edge
 MOST_HARMONICS = 1024  # of the series of those peaks: slow hands on coarse textures have more and are not the loudest
@@ -109,8 +104,7 @@ def with_hand_scale(solved: Preparation, cache: ResponseCache | None = None) -> 
     if None not in asked:
         return solved
     scene = nominal_scene(solved.scene)
-    read = None if solved.direct is None or solved.direct.table is None else solved.direct.contact
-    peaks = usual_peaks(scene, solved.contact, cache or SHARED, solved.spectrum, read)
+    peaks = usual_peaks(scene, solved.contact, cache or SHARED, solved.spectrum)
     channels, moved, effects = [], [], solved.effects
     for channel, scale in zip(solved.channels, asked, strict=False):
         place, room = OF_APPROACH if channel.is_approach else channel.order, channel.full_scale
@@ -131,32 +125,30 @@ def usual_peaks(
     contact: Contact | None,
     cache: ResponseCache,
     spectrum: Spectrum | None = None,
-    read: Contact | AreaSource | None = None,
 ) -> UsualPeaks:
     """Return the peaks over the usual loads and speeds of a hand.
 
     scene: a scene with a constant scan.
     contact: contact in the shape that the scene's effects give it; None for the contact without effects.
     spectrum: series of the scene's own scan; None where it is not known.
-    read: source of z that reads a layered table, which takes far less time; None where the contact is solved.
     """
     solver = contact or contact_of(scene)
     own, speed = max(scene.scan.load, scene.scan.lift_load), scene.scan.speed
     period, limit = solver.geometry.texture_period, MOVING_BAND * scene.output.band_limit
     long = period != scene.texture.period or follows_path(scene)
-    landings, probed = PROBED_ON_STRETCH if long and read is None else (PROBED_LANDINGS, PROBED_LOADS)
+    landings, probed = PROBED_ON_STRETCH if long else (PROBED_LANDINGS, PROBED_LOADS)
     landing = np.geomspace(min(scene.scan.lift_load, HAND_LOADS[0]), HAND_LOADS[0], landings, endpoint=False)
     usual = np.geomspace(min(HAND_LOADS[0], own), max(HAND_LOADS[1], own), probed)
     loads = [own, *landing.tolist(), *usual.tolist()]
     speeds = np.array([speed, *np.geomspace(HAND_SPEEDS[0], max(HAND_SPEEDS[1], speed), PROBED_SPEEDS)])
     counts = [harmonics_below(float(one) / period, limit, MOST_HARMONICS) for one in speeds]
-    key = ("usual peaks", solver.key, tuple(loads), tuple(speeds.tolist()), limit, read is not None)
+    key = ("usual peaks", solver.key, tuple(loads), tuple(speeds.tolist()), limit)
 
     def found() -> UsualPeaks:
         """Solve a series of z at each load, and take its peaks at each speed."""
         if long:
             points = max(FEWEST_POINTS, math.ceil(SOLUTIONS * limit * period / np.max(speeds)))
-            every = [_coarse_series(read or solver, load, points, max(*counts, 1)) for load in loads]
+            every = [_coarse_series(solver, load, points, max(*counts, 1)) for load in loads]
         else:
             points = MOVED_POINTS
             known = _coarse_series(solver, own, points, points // 2) if spectrum is None else spectrum.harmonics
@@ -182,7 +174,7 @@ def _first_moved(series: Complex) -> int:
     return int(np.argmax(sizes >= MOVED * np.max(sizes))) + 1 if sizes.any() else 0
 
 
-def _coarse_series(contact: Contact | AreaSource, load: float, points: int, highest: int) -> Complex:
+def _coarse_series(contact: Contact, load: float, points: int, highest: int) -> Complex:
     """Return the harmonics of z at `load` (N) from `points` solutions per period."""
     return harmonics_of(contact.heights(np.arange(points) / points, np.full(points, load)), highest)
 

@@ -1,7 +1,7 @@
 """Solves eq. 1 along any motion: position and load at every frame in, the channels of a voice at every frame out.
 
-Stage   SAMPLING: without a response table, for a surface whose period is long against the waves that matter. Over an
-        area z may come from a layered table (`area_source`).
+Stage   SAMPLING: without a response table, for a surface whose period is long against the waves that matter, and
+        for a finger that may leave its line over an area.
 Model   y = gate(w) (z(p / lambda2, w) - mean(w)) is solved at every few frames; the approach is gate(w) z. The filter
         of `band_filter` limits the band, takes the derivatives and makes the frames. All channels share the solutions.
         A solution starts from those before it, and the last digit of z depends on the start. Solutions are therefore
@@ -38,7 +38,6 @@ Phases = np.ndarray[tuple[int], np.dtype[np.uint64]]
 GROUP = 40  # solutions: two groups in a block of 10 ms at 1 kHz; a fresh start takes the time of several solutions
 if TYPE_CHECKING:
     from synth.contact.area_forces import ForceOverArea
-    from synth.response.area_source import AreaSource
 
 LOAD = 2  # row of `motion`
 PHASE, PRESSED, PATH = 0, 1, slice(2, 4)  # rows of a place: phase (turns), load (N), and the path over an area
@@ -79,7 +78,7 @@ class DirectReader:
     with_mean: whether each channel is the approach.
     """
 
-    contact: Contact | AreaSource | ForceOverArea
+    contact: Contact | ForceOverArea
     line: tuple[float, float] | None
     mean: Mean
     period: float

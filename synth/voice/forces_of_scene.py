@@ -116,7 +116,7 @@ def forces_of(solved: Preparation, law: Any, cache: ResponseCache) -> tuple[tupl
     if whole.geometry.over_area:
         from synth.contact.area_forces import AreaFriction, AreaSlopeForce
 
-        contact = _on_cells(solved)
+        contact: Any = solved.contact if solved.direct is None else solved.direct.contact
         slopes = tuple(Force.over_area(solved, AreaSlopeForce(contact, axis), cache) for axis in range(law.count))
         return slopes, Force.over_area(solved, AreaFriction(contact, *friction), cache) if powered else None
     if powered and not whole.of_one_line:
@@ -128,12 +128,6 @@ def forces_of(solved: Preparation, law: Any, cache: ResponseCache) -> tuple[tupl
     contact = whole.as_profile()
     slope = Force.of(solved, SlopeForce(contact), cache)
     return (slope,), Force.of(solved, FrictionForce(contact, *friction), cache) if powered else None
-
-
-def _on_cells(solved: Preparation) -> Any:
-    """Return the contact over an area whose cells are solved: beside a layered table, that of other directions."""
-    source: Any = solved.contact if solved.direct is None else solved.direct.contact
-    return getattr(source, "contact", source)
 
 
 def sum_of_series(one: Complex, other: Complex) -> Complex:

@@ -5,7 +5,6 @@
     python -m tests.bench page
     python -m tests.bench table
     python -m tests.bench direct
-    python -m tests.bench layered
     python -m tests.bench choices
     python -m tests.bench fingertip
     python -m tests.bench floods
@@ -13,11 +12,11 @@
     python -m tests.bench lock-step
 
 Parts: solver, voice, limiter, response, effects (each on one core), service, processes; --long adds an hour's render.
-`live`, `page`, `table`, `direct`, `layered`, `choices`, `fingertip`, `floods`, `inputs` and `lock-step` run only where
-they are named: `live` loads a service with streams for minutes, `page` needs a browser, `table` and `layered` measure
-tables, `direct` voices without one, `choices` opens textures of the catalogue, `fingertip` compares 200 renders with
-brute force, which takes an hour, `floods` floods a service, `inputs` sends it the largest inputs, which takes half an
-hour, and `lock-step` pulls a minute of sound block by block.
+`live`, `page`, `table`, `direct`, `choices`, `fingertip`, `floods`, `inputs` and `lock-step` run only where they are
+named: `live` loads a service with streams for minutes, `page` needs a browser, `table` measures tables, `direct` voices
+without one, `choices` opens textures of the catalogue, `fingertip` compares 200 renders with brute force, which takes
+an hour, `floods` floods a service, `inputs` sends it the largest inputs, which takes half an hour, and `lock-step`
+pulls a minute of sound block by block.
 Nothing here passes or fails: a figure over its limit is marked OVER. docs/benchmarks.md explains each line.
 """
 
@@ -39,7 +38,6 @@ from tests.bench import (
     bench_floods,
     bench_import,
     bench_largest_inputs,
-    bench_layered,
     bench_limiter,
     bench_live,
     bench_lock_step,
@@ -69,7 +67,6 @@ BY_NAME: dict[str, Measure] = {  # only where named
     "page": bench_page.figures,
     "table": bench_table.figures,
     "direct": bench_direct.figures,
-    "layered": bench_layered.figures,
     "choices": bench_choices.figures,
     "fingertip": bench_fingertip.figures,
     "floods": bench_floods.figures,

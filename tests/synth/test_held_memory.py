@@ -77,7 +77,7 @@ SCENES: dict[str, tuple[dict[str, Any], Any]] = {
     "a comb on a sinusoid": ({}, None),
     "a fingertip on a line": ({"finger": TIP, "texture": {"kind": "grating", "period": "1.01 mm"}}, None),
     "dots": ({"finger": TIP, "texture": {"kind": "dots", "dot_height": "43 um"}}, None),  # in no other test
-    "a height map with its layered table": ({"finger": TIP, "texture": {"kind": "heightmap"}}, lambda: waves(300)),
+    "a height map": ({"finger": TIP, "texture": {"kind": "heightmap"}}, lambda: waves(300)),
     "a track of 1 m": ({"finger": TIP, "texture": {"kind": "profile"}}, lambda: track(200_001)),
 }
 

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
-import io
 import os
 import shutil
-import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +15,6 @@ from synth.contact.scene_contact import contact_of
 from synth.kept_files import FileEntry, FileForm, KeptFiles
 from synth.motion.motion import Update
 from synth.plan import direct_plan, path_frames, scene_series, scene_table, usual_hand
-from synth.response import layered_making
-from synth.response.layered_file import LAYERED_FORM
-from synth.response.layered_table import LayeredTable
 from synth.response.spectrum import SPECTRUM_FORM, Spectrum
 from synth.response_cache import ResponseCache
 from synth.scene.scene import parse_scene
@@ -100,7 +94,7 @@ def test_a_surface_that_is_solved_directly_is_found_again_too(tmp_path: Path, mo
     assert endings(tmp_path) == {".json": 5}, "two series, their columns, the usual peaks and the direct plan"
     sound = stroked(first)
     np.testing.assert_array_equal(sound, stroked(solved))
-    monkeypatch.setattr(direct_plan, "_along_line", lambda *_: pytest.fail("planned again"))
+    monkeypatch.setattr(direct_plan, "_planned", lambda *_, **__: pytest.fail("planned again"))
     forbid(monkeypatch)
     np.testing.assert_array_equal(stroked(opened(tmp_path, rough)), sound)
 
@@ -140,27 +134,12 @@ def test_a_texture_over_an_area_is_found_again_too(tmp_path: Path, monkeypatch: 
     narrow = {"sample_rate": 8000, "bandwidth": 300}  # quick to solve
     dots = {"finger": {"kind": "fingertip"}, "texture": {"kind": "golf-ball-dimples"}, "output": narrow}
     sound = stroked(opened(tmp_path, dots))
-    kept = "two series, error of cells, spread of points, peaks, plan; the table"
-    assert endings(tmp_path) == {".json": 6, ".npz": 1}, kept
+    assert endings(tmp_path) == {".json": 6}, "two series, error of cells, spread of points, peaks, plan"
     monkeypatch.setattr(path_frames, "harmonics_of", lambda *_: pytest.fail("cells judged again"))
-    monkeypatch.setattr(direct_plan, "_over_area", lambda *_: pytest.fail("planned again"))
-    monkeypatch.setattr(layered_making, "make_layered_table", lambda *_, **__: pytest.fail("made again"))
+    monkeypatch.setattr(direct_plan, "_planned", lambda *_, **__: pytest.fail("planned again"))
     monkeypatch.setattr(usual_hand, "_coarse_series", lambda *_: pytest.fail("probed again"))
     forbid(monkeypatch)
     np.testing.assert_array_equal(stroked(opened(tmp_path, dots)), sound)
-
-
-@pytest.mark.parametrize("array", [b"", b"\x93NUMPY\x01\0\x08\0{'descr\n", b"\x93NUMPY\x01\0\x02\0[\n"])
-def test_a_damaged_layered_table_counts_as_absent(tmp_path: Path, array: bytes) -> None:
-    content = io.BytesIO()
-    with zipfile.ZipFile(content, "w") as file:
-        for field in dataclasses.fields(LayeredTable):
-            file.writestr(f"{field.name}.npy", array)
-    files = KeptFiles(tmp_path)
-    for damaged in (content.getvalue(), content.getvalue()[:40], b"PK\x05\x06 cut", b""):
-        form = FileForm(".npz", lambda _made, damaged=damaged: damaged, LAYERED_FORM.read)  # type: ignore[misc]
-        made = [files.get(FileEntry("one", form), lambda: object()) for _ in range(2)]
-        assert made[0] is not made[1]
 
 
 def test_a_part_of_a_contact_and_a_line_off_the_middle_of_an_area_are_not_kept() -> None:

@@ -120,7 +120,7 @@ def test_a_hand_is_the_line_of_the_file_within_the_told_error(
     assert plan is not None and plan.direct is not None
     told = np.array([channel.error for channel in plan.channels])
     assert plan.direct.turning is not None
-    told += np.array(plan.direct.turning.errors) * (turned != 0.0)
+    told += np.array(plan.direct.turning) * (turned != 0.0)
     assert np.all(differing(found, wanted) < 2.0 * told)
     assert told[0] < 0.02
     assert max(told) < 0.15

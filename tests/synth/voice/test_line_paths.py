@@ -196,7 +196,7 @@ def test_a_hand_is_the_line_of_the_file_within_the_told_error(direction: float) 
     plan = voice._for_hand
     assert plan is not None and plan.direct is not None and plan.direct.turning is not None
     told = np.array([channel.error for channel in plan.channels])
-    told += np.array(plan.direct.turning.errors) * (direction != 0.3)
+    told += np.array(plan.direct.turning) * (direction != 0.3)
     window, hertz = np.hanning(len(heard))[:, np.newaxis], np.fft.rfftfreq(len(heard), 1.0 / RATE)
     lines = np.fft.rfft(np.stack([heard - wanted, wanted]) * window, axis=1)
     lines[:, (hertz > 400.0) | (hertz < 20.0)] = 0.0
@@ -242,7 +242,7 @@ def test_a_stream_of_a_path_that_turns_is_its_file_within_the_told_error() -> No
     voice = Voice(solved, paced=True)
     heard = voice.render(600)[60:540] * voice.full_scale
     assert solved.direct is not None and solved.direct.turning is not None
-    told = np.array([channel.error for channel in solved.channels]) + np.array(solved.direct.turning.errors)
+    told = np.array([channel.error for channel in solved.channels]) + np.array(solved.direct.turning)
     wanted = values("fingertip", {"trajectory": points}, output=OUTPUT | {"duration": 0.15})[60:540]
     window, hertz = np.hanning(480)[:, np.newaxis], np.fft.rfftfreq(480, 1.0 / RATE)
     lines = np.fft.rfft(np.stack([heard - wanted, wanted]) * window, axis=1)
