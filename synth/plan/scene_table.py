@@ -15,9 +15,8 @@ import math
 from collections.abc import Hashable
 from dataclasses import replace
 from functools import cache, partial
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from synth.contact.forces import Response
 from synth.contact.geometry import Geometry
 from synth.contact.line import MIDDLE, Line
 from synth.contact.load_balance import Contact
@@ -41,6 +40,9 @@ from synth.scene.output_section import FULL_BAND
 from synth.scene.scene import Scene, parse_scene, scene_document
 from synth.scene.text import json_text
 from synth.scene.texture_registry import default_textures
+
+if TYPE_CHECKING:
+    from synth.contact.forces import Response
 
 RATE_SHARE = 0.35  # largest band of a table, as a part of the sample rate (mip levels end at 0.49)
 USUAL_BAND = 1000.0  # Hz: tables of wider bands have proportionally more harmonics, in fewer rows

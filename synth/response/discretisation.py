@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from synth.contact.forces import Response
 from synth.contact.load_balance import Contact
 from synth.response.demand import GOLDEN, Complex, Demand, curves, harmonics_of, points_for
 from synth.response.series_error import error_floor
 
 if TYPE_CHECKING:
     from synth.contact.area_forces import ForceOverArea
+    from synth.contact.forces import Response
 
     Source = Response | ForceOverArea
 

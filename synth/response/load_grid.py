@@ -12,11 +12,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.forces import Response
+
+if TYPE_CHECKING:
+    from synth.contact.forces import Response
 
 OCTAVES = 10  # fewest octaves below the heaviest load; with fewer, light loads err more
 LIGHTEST = 0.005  # N: the octaves reach down to this load at least

@@ -16,12 +16,11 @@ Limits  A table takes at most MOST_BYTES and MOST_WORK cells: 4 MB and about 0.6
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.forces import Response
 from synth.response.demand import Complex
 from synth.response.load_grid import SolvedRows, first_loads, halfway, heaviest_row, solved_rows
 from synth.response.mip_levels import PLACES_A_HARMONIC, MipLevels
@@ -39,6 +38,9 @@ from synth.response.table_error import (
     swings,
     widest,
 )
+
+if TYPE_CHECKING:
+    from synth.contact.forces import Response
 
 Indices = np.ndarray[Any, np.dtype[np.intp]]
 
