@@ -2,7 +2,8 @@
 
 Stage   2, used by `preparation`.
 Model   Pieces of a recording whose load varies are solved with twice the planned steps. The change when every second
-        is left out is the folded error. While it exceeds its share of the tolerance, there are more steps.
+        is left out is the folded error. While it exceeds its share of the tolerance, there are more steps. Over an area
+        whose cells the ends of the contact pass, the change by cells twice as large is added.
         Where the peaks along the motion are not those of the steady scan, `motion_peak` finds them. On a long surface
         the peaks of displacement and approach are those at PLACES places.
 Source  design, section 4.
@@ -102,10 +103,10 @@ def with_pieces(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mea
     places = pieces(scene)
     room = max(2.0, PATIENCE / (plan.work * scene.output.duration))  # times the planned solutions
 
-    def solved(count: int, allowed: Array) -> tuple[Array, Array, Array]:
+    def solved(count: int, allowed: Array, by: Any = contact) -> tuple[Array, Array, Array]:
         """Return the frames of the pieces, their folded errors, and the errors that are left of their landings, SI."""
         solver = FrameSolver(
-            contact.heights, scene, mean, rate, count=2 * count, stride=plan.stride, scale=plan.scale, longest=0,
+            by.heights, scene, mean, rate, count=2 * count, stride=plan.stride, scale=plan.scale, longest=0,
             margin=NEAR_MARGIN, landings=dict(zip(orders, allowed.tolist(), strict=True)), finer=finer,
         )  # fmt: skip
         numbers = sorted({math.floor(place * rate / solver.chunk) for place in places})
@@ -124,13 +125,16 @@ def with_pieces(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mea
         extents = own
     allowed = PIECE_SHARE * np.maximum(tolerance, plan.errors) * extents  # the cells may leave more than the tolerance
     for _round in range(ROUNDS):
-        _frames, changed, left = solved(count, allowed)
+        frames, changed, left = solved(count, allowed)
         folded = OVER_CHANGE * changed
         excess = float(np.max(folded / allowed))
         if excess <= 1.0 or 2 * count > room * plan.count:
             break
         count = math.ceil(count * min(max(excess ** (1.0 / FALL), 1.2), 4.0))
     more = np.maximum(left, allowed) / extents + folded / extents
+    if contact.geometry.over_area and not contact.of_one_surface:  # the ends move through cells that a swing leaves
+        larger = solved(count, allowed, contact.doubled())[0]
+        more = more + np.max(np.abs(larger - frames), axis=1) / extents
     return replace(
         plan, count=count, work=plan.work * count / plan.count, allowed=tuple(allowed.tolist()), finer=finer
     ).with_errors(more)

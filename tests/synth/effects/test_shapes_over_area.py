@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cache
 from typing import Any
 
@@ -11,6 +12,9 @@ from scipy.optimize import brentq
 
 from synth import open_voice, parse_scene
 from synth.contact.scene_contact import contact_of
+from synth.plan.preparation import Preparation, prepare
+from synth.response.table_error import QUANTITIES
+from synth.sampling.frame_solver import FrameSolver
 from synth.scene.effects_section import declaration
 from synth.scene.scene import Scene
 from synth.surfaces import profile_of
@@ -117,6 +121,37 @@ def test_a_file_on_a_path_is_brute_force_over_the_points(shape: str, load: Any) 
     apart -= 0.5 * (np.max(apart) + np.min(apart))
     error, told = float(np.max(np.abs(apart)) / np.ptp(wanted)), voice.plan.estimated_error["approach"]
     assert error <= told + OWN_ERROR, f"errs by {error:.2e}, told {told:.2e}"
+
+
+def test_the_told_error_allows_for_cells_that_the_ends_of_the_contact_pass() -> None:
+    t = np.arange(161) / 800
+    document = {
+        "finger": {"contact_length": "3 mm"},
+        "texture": {"kind": "braille-2340um"},
+        "scan": {"trajectory": np.stack([t, 0.06 * t, 0.6 + 0.3 * np.sin(4.0 * np.pi * t)], axis=1).tolist()},
+        "effects": {"contact_growth": {}},
+        "output": {"channels": [{"quantity": one} for one in QUANTITIES], "sample_rate": RATE, "duration": 0.2},
+        "accuracy": {"tolerance": 1e-2},
+    }
+    solved = prepare(parse_scene(document))
+    contact: Any = solved.contact
+    chunks = [solved_again(solved, one.heights) for one in (contact, contact.halved())]
+    changed = np.max(np.abs(chunks[1] - chunks[0]), axis=1) / [one.extent for one in solved.channels]
+    told = np.array([one.error for one in solved.channels])
+    assert np.all(changed <= told), f"changed {changed}, told {told}"
+    assert np.max(changed / told) > 0.1, "what is told is a bound, not a guess"
+
+
+def solved_again(solved: Preparation, heights: Any) -> Any:
+    """Return the frames of a file from another source of z."""
+    plan, mean = solved.frames, solved.mean
+    assert plan is not None and mean is not None
+    solver = FrameSolver(
+        heights, solved.scene, mean, RATE, count=plan.count, stride=plan.stride, scale=plan.scale,
+        landings=plan.landings(solved.orders), finer=plan.finer,
+    )  # fmt: skip
+    numbers = range(math.ceil(solved.scene.output.duration * RATE / solver.chunk))
+    return np.concatenate([solver.solved(one, solved.orders) for one in numbers], axis=1)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
