@@ -4,6 +4,7 @@
     sound = rw.render("grating-1mm-31um", scan={"speed": "120 mm/s"})  # a Sound: values in SI units, save(), plot()
     same = rw.load(sound.save("coarse.wav"))  # a file has its scale and its scene
     plan = rw.explain({"texture": {"period": "0.8 mm"}})  # what is simulated, why, at what cost and error
+    many = rw.sweep({}, {"texture.period": ["0.4 mm", "0.8 mm"]})  # many scenes, as a labelled dataset
     voice = rw.open_voice("scene.json")  # the same sound, block by block
     names = rw.textures()  # sandpapers, cloths, wood, metal, gratings of laboratories, and what you imported
     client = rw.Client("http://127.0.0.1:8000")  # the service, over HTTP; `rw.Live` over a WebSocket
@@ -40,6 +41,7 @@ if _TYPE_CHECKING:
     from ridgewave.scenes import parse_scene as parse_scene
     from ridgewave.scenes import render as render
     from ridgewave.scenes import textures as textures
+    from ridgewave.studies import sweep as sweep
     from service.store.store import StoredTexture as StoredTexture
     from synth.accuracy.report import AccuracyReport as AccuracyReport
     from synth.encode.sound import Sound as Sound
@@ -93,6 +95,7 @@ _MODULES = {
     "open_voice": "ridgewave.scenes",
     "parse_scene": "ridgewave.scenes",
     "render": "ridgewave.scenes",
+    "sweep": "ridgewave.studies",
     "textures": "ridgewave.scenes",
 }
 

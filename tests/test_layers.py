@@ -33,6 +33,7 @@ STAGES: tuple[tuple[str, ...], ...] = (
     ("effects.*",),
     ("encode", "encode.*"),
     ("accuracy", "accuracy.*"),
+    ("study", "study.*"),
 )
 """The stages of `synth`, in the order the data meets them: a module imports its own stage and those before it."""
 

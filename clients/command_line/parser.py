@@ -61,6 +61,11 @@ EXAMPLES = {
         ("table grating-800um-40um -o grating.safetensors", "its response table, for another program"),
         ("table scene.json -o scene.safetensors --set output.bandwidth=500Hz", "with a narrower band"),
     ),
+    "study": (
+        ("study map.json -o map.nc", "solve every scene of a study, as one dataset"),
+        ("study map.json -o map.csv --workers 4", "as a table, in four processes"),
+        ("study map.json -o map.zarr --scheduler tcp://lab:8786", "on a Dask cluster"),
+    ),
     "completion": (
         ("completion bash >> ~/.bashrc", "for every new bash"),
         ("completion zsh >> ~/.zshrc", "for every new zsh"),
@@ -104,6 +109,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_devices(commands)
     _add_textures(commands)
     _add_table(commands)
+    _add_study(commands)
     _add_completion(commands)
     return parser
 
@@ -345,6 +351,25 @@ def _add_table(commands: Any) -> None:
     _add_scene(parser)
     parser.add_argument("-o", "--output", metavar="NAME", required=True, help="a file that ends in .safetensors")
     _add_no_clobber(parser)
+    _add_progress(parser)
+
+
+def _add_study(commands: Any) -> None:
+    parser = _add_command(
+        commands,
+        "study",
+        "solve many scenes: parameter maps as one dataset",
+        "Solve every combination of some fields of a scene, or samples between their ends, and write rms, lines, "
+        "contact and what is felt as one labelled dataset (docs/study.md). An interrupted study goes on where it "
+        "ended.",
+    )
+    parser.add_argument("spec", metavar="SPEC", help="a JSON file with scene and axes, or - for standard input")
+    parser.add_argument(
+        "-o", "--output", metavar="OUT", required=True, help="a name that ends in .zarr, .nc, .parquet or .csv"
+    )
+    parser.add_argument("--workers", type=int, metavar="N", help="processes (default: one for each processor)")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler, such as tcp://127.0.0.1:8786")
+    parser.add_argument("--overwrite", action="store_true", help="replace OUT if it exists")
     _add_progress(parser)
 
 

@@ -12,6 +12,7 @@ import json
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any, BinaryIO, NoReturn
 
@@ -31,6 +32,8 @@ from synth.scene.text import json_text, object_from_text, pointer
 from synth.scene.texture_registry import with_files
 from synth.scene.texture_section import Texture
 from synth.scene.trajectory import CLOCK, LOWEST_LOAD, since
+
+GROUPS = "synth.contact.groups"  # of a later stage, which a scene loads when it is asked for them
 
 
 class Scene(Section):
@@ -68,6 +71,25 @@ class Scene(Section):
             hint = "Write the text itself, such as Path(...).read_text(). rw.parse_scene takes mappings and paths."
             raise SceneError([Fault("", shown(text), "JSON text", hint)])
         return parse_scene_text(text)
+
+    @classmethod
+    def from_groups(cls, scene: Scene | None = None, **groups: float) -> Scene:
+        """Return `scene` (None: the default) with given dimensionless groups of eq. 7; the other fields are kept.
+
+        groups: some or all of ridges (tau), period_ratio (Lambda), amplitude_ratio (A) and load (W), each above 0.
+        Raises SceneError for other names, numbers out of range, and surfaces other than ridges on a sinusoid.
+        Source: Fagiani & Barbieri (2016), eqs 6 and 7.
+
+        Example: rw.Scene.from_groups(ridges=20, period_ratio=1.6, amplitude_ratio=0.5, load=1.2).groups
+        """
+        found: Scene = import_module(GROUPS).with_groups(cls() if scene is None else scene, groups)
+        return found
+
+    @property
+    def groups(self) -> dict[str, float] | None:
+        """The groups ridges, period_ratio, amplitude_ratio and load of eq. 7; None for a smooth finger."""
+        found = import_module(GROUPS).Groups.of_scene(self)
+        return None if found is None else dict(zip(import_module(GROUPS).NAMES, found.numbers, strict=True))
 
     @classmethod
     def conflicts(cls, given: Fields) -> list[Refusal]:

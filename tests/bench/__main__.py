@@ -10,13 +10,14 @@
     python -m tests.bench floods
     python -m tests.bench inputs
     python -m tests.bench lock-step
+    python -m tests.bench study
 
 Parts: solver, voice, limiter, response, effects (each on one core), service, processes; --long adds an hour's render.
-`live`, `page`, `table`, `direct`, `choices`, `fingertip`, `floods`, `inputs` and `lock-step` run only where they are
-named: `live` loads a service with streams for minutes, `page` needs a browser, `table` measures tables, `direct` voices
-without one, `choices` opens textures of the catalogue, `fingertip` compares 200 renders with brute force, which takes
-an hour, `floods` floods a service, `inputs` sends it the largest inputs, which takes half an hour, and `lock-step`
-pulls a minute of sound block by block.
+`live`, `page`, `table`, `direct`, `choices`, `fingertip`, `floods`, `inputs`, `lock-step` and `study` run only where
+they are named: `live` loads a service with streams for minutes, `page` needs a browser, `table` measures tables,
+`direct` voices without one, `choices` opens textures of the catalogue, `fingertip` compares 200 renders with brute
+force, which takes an hour, `floods` floods a service, `inputs` sends it the largest inputs, which takes half an hour,
+`lock-step` pulls a minute of sound block by block, and `study` solves 110,000 scenes.
 Nothing here passes or fails: a figure over its limit is marked OVER. docs/benchmarks.md explains each line.
 """
 
@@ -46,6 +47,7 @@ from tests.bench import (
     bench_response,
     bench_service,
     bench_solver,
+    bench_study,
     bench_table,
     bench_voice,
 )
@@ -73,6 +75,7 @@ BY_NAME: dict[str, Measure] = {  # only where named
     "inputs": bench_largest_inputs.figures,
     "lock-step": bench_lock_step.figures,
     "import": bench_import.figures,
+    "study": bench_study.figures,
 }
 ON_ONE_CORE = ("solver", "voice", "limiter", "response", "effects", "table", "import")
 HEADER = f"{'figure':35} {'median':>9} {'least':>9} {'unit':8} {'limit':>6} {'':6}  how"

@@ -1,0 +1,59 @@
+"""Many scenes at once: `sweep` solves a study and returns its labelled dataset."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ridgewave.scenes import parse_scene
+from synth.scene.scene import scene_document
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+    from ridgewave.scenes import SceneSource
+
+
+def sweep(
+    scene: SceneSource,
+    axes: Mapping[str, Any],
+    *,
+    sample: Mapping[str, Any] | None = None,
+    phases: int = 256,
+    lines: int = 32,
+    most_scenes: int | None = None,
+    parts: str | os.PathLike[str] | None = None,
+    workers: int | None = 1,
+    scheduler: str | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Dataset:
+    """Return the vibration of many steady scenes as one labelled dataset (docs/study.md).
+
+    scene: as `parse_scene`; the axes change it.
+    axes: values of fields ("texture.period", "scan.load") or of groups ("groups.period_ratio"): lists, arrays, or
+        ranges {"from": "0.1 mm", "to": "10 mm", "count": 50, "spacing": "log"}.
+    sample: None for every combination, or {"kind": "latin_hypercube" or "sobol", "count": n, "seed": 0}.
+    phases: solutions per period, a power of two; the error that they leave is in the dataset.
+    lines: recorded lines of the spectrum.
+    most_scenes: largest number of scenes; None for 200,000.
+    parts: folder that keeps finished chunks, from which an interrupted sweep goes on; None keeps none.
+    workers: processes; None for one a processor. With more than 1, a script needs `if __name__ == "__main__"`.
+    scheduler: address of a Dask scheduler, in place of processes.
+    progress: called with the number of scenes done, and of all.
+    Raises SceneError for a study that is invalid, with every fault; CannotRender without the extra `study`.
+
+    Example: rw.sweep({}, {"texture.period": ["0.4 mm", "0.8 mm"], "scan.load": [0.1, 0.3]}).rms
+    """
+    from synth.study.dataset import dataset_of, numbers_of
+    from synth.study.running import run
+    from synth.study.spec import read_spec
+
+    document = {"scene": scene_document(parse_scene(scene)), "axes": axes, "sample": sample}
+    spec = read_spec({**document, "phases": phases, "lines": lines, "most_scenes": most_scenes})
+    with tempfile.TemporaryDirectory(prefix="ridgewave-study-") as own:
+        folder = Path(own if parts is None else parts)
+        run(spec, folder, workers=workers, scheduler=scheduler, progress=progress)
+        return dataset_of(spec, numbers_of(spec, folder))

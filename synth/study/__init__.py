@@ -1,0 +1,12 @@
+"""Many scenes at once: parameter maps of the vibration over surface geometry, speed, load and dimensionless groups.
+
+axes            one axis of a study: a field of the scene or a group, and its values
+spec            the whole study: a scene, axes, and how they are combined; its scenes by number
+variables       what is recorded of a scene: names, dimensions, units
+steady_outcome  these numbers of a steady scene; `simulated_outcome` where effects are simulated
+series_outcome  those of them that follow from the series of displacement
+pressed         patches and pressures of a steady contact
+chunks          scenes that are solved together, and their files, from which an interrupted study goes on
+running         chunks on the processors of this machine, or on a Dask cluster
+dataset         the result as one labelled dataset, and its files
+"""

@@ -1,0 +1,69 @@
+"""Patches and pressures of a steady contact, at some phases of a period.
+
+Stage   STUDY.
+Model   Along a line h - z is sampled at SAMPLES a period of the shorter of both surfaces. A patch is a run of samples
+        above 0. The pressure is k / (L W) times h - z; the largest is that of the highest sample. Of a fingertip on a
+        texture along a line, the highest place across the scan is taken at each x.
+Source  Fagiani & Barbieri (2016), eqs 1 and 4.
+Limits  A patch narrower than the distance of samples is missed. Over an area, and where there would be more than
+        MOST_SAMPLES, both numbers are unknown; so is the number of patches of a fingertip.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.contact.finger_columns import FingerSurface
+from synth.contact.load_balance import Contact
+from synth.plan.contact_picture import Surfaces, surfaces_of
+from synth.response_cache import kept
+
+SAMPLES, MOST_SAMPLES = 64, 1 << 14  # per period of the shorter surface; over the contact
+PHASES = 64  # at which they are taken
+ROWS_A_RIDGE, COLUMNS_A_RIDGE = 16, 32  # of the surface of a fingertip
+
+
+def patches_and_gap(contact: Contact, turns: Array, heights: Array, load: float) -> tuple[float, float]:
+    """Return the mean number of patches, and the largest h - z (m); NaN where they are unknown.
+
+    turns, heights: phases of a period (turns), and z there (m).
+    """
+    every = max(1, len(turns) // PHASES)
+    some, z = turns[::every, np.newaxis], heights[::every, np.newaxis]
+    if contact.geometry.over_area:
+        return math.nan, math.nan
+    if not contact.of_one_line:
+        tip: Any = contact
+        x, top = _crests(tip.surface)
+        return math.nan, float(np.max(top + contact.geometry.texture(x - some * contact.geometry.texture_period) - z))
+    surfaces = surfaces_of(contact, contact.geometry_at(load).contact_length)
+    count = math.ceil(SAMPLES * surfaces.length / surfaces.shortest) + 1
+    if count > MOST_SAMPLES:
+        return math.nan, math.nan
+    x = np.linspace(surfaces.begin, surfaces.begin + surfaces.length, count)
+    gaps = surfaces.overlap(x, some, z) if contact.geometry.profile is not None else _of_cosines(surfaces, x, some, z)
+    above = gaps > 0.0
+    begun = np.count_nonzero(above[:, 1:] & ~above[:, :-1], axis=1) + above[:, 0]
+    return float(np.mean(begun)), float(np.max(gaps))
+
+
+def _of_cosines(surfaces: Surfaces, x: Array, turns: Array, z: Array) -> Array:
+    """Return `Surfaces.overlap` of two cosines: the texture is turned, which takes a tenth of the time."""
+    geometry = surfaces.geometry
+    angles = 2.0 * math.pi * (x / geometry.texture_period % 1.0) + geometry.texture_phase
+    turned = 2.0 * math.pi * turns
+    texture = np.cos(turned) * np.cos(angles) + np.sin(turned) * np.sin(angles)
+    return np.asarray(geometry.texture_amplitude * texture + (surfaces.finger(x) - z))
+
+
+@kept
+def _crests(surface: FingerSurface) -> tuple[Array, Array]:
+    """Return places along a fingertip (m from its middle) and its largest height across the scan there (m)."""
+    (length, width), ridge = surface.footprint.reach, surface.field.period
+    x = np.linspace(-0.5 * length, 0.5 * length, math.ceil(COLUMNS_A_RIDGE * length / ridge))
+    y = np.linspace(-0.5 * width, 0.5 * width, math.ceil(ROWS_A_RIDGE * width / ridge))
+    return x, np.asarray(np.max(surface.heights(x, y), axis=1))

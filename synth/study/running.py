@@ -1,0 +1,129 @@
+"""Run the chunks of a study: in this process, in processes of this machine, or on a Dask cluster.
+
+Stage   STUDY.
+Model   Every task solves one whole chunk and returns its numbers; this process writes them. A worker that dies takes
+        its chunk with it: the chunk is solved again, up to TRIES times. What is finished stays in the folder of parts,
+        also after an interrupt, so the same study goes on where it ended.
+Limits  A short study runs in this process, since another takes a second to start.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import replace
+from importlib import import_module
+from multiprocessing import get_context
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from synth.errors import CannotRender
+from synth.study.chunks import Chunk, Numbers, chunks_of, read, solved, write
+from synth.study.spec import StudySpec
+
+TRIES = 3
+AHEAD = 2  # chunks that wait for each worker
+TRIED, START = 4, 2.0  # scenes by which the time is foreseen; s until processes have begun
+Progress = Callable[[int, int], None]
+"""Called with the number of scenes done, and of all scenes."""
+
+
+def run(
+    spec: StudySpec, folder: Path, *, workers: int | None = None, scheduler: str | None = None,
+    progress: Progress | None = None,
+) -> None:  # fmt: skip
+    """Solve every chunk of `spec` that `folder` does not have, and keep it there.
+
+    workers: processes; None for one a processor; 1 for this process.
+    scheduler: address of a Dask scheduler, in place of processes.
+    Raises CannotRender where workers die again and again, and OSError where a chunk cannot be written.
+    """
+    done, todo = 0, []
+    for chunk in chunks_of(spec):
+        if read(chunk, folder) is None:
+            todo.append(chunk)
+        else:
+            done += len(chunk.values)
+    if progress is not None:
+        progress(done, spec.count)
+    several = min(workers or os.cpu_count() or 1, len(todo))
+    if scheduler is not None:
+        found = _on_cluster(todo, scheduler)
+    elif several > 1:
+        found = _in_processes(todo, several)
+    else:
+        found = ((chunk, solved(chunk)) for chunk in todo)
+    for chunk, numbers in found:
+        write(chunk, numbers, folder)
+        done += len(chunk.values)
+        if progress is not None:
+            progress(done, spec.count)
+
+
+def foreseen(spec: StudySpec, workers: int | None = None) -> float:
+    """Return how long the whole study would take, s, from a few scenes of its first chunk that are solved now."""
+    chunk = next(chunks_of(spec))
+    tried = replace(chunk, values=chunk.values[:: max(1, len(chunk.values) // TRIED)][:TRIED])
+    solved(replace(tried, values=tried.values[:1]))  # kernels and the finger are prepared
+    started = perf_counter()
+    solved(tried)
+    seconds = (perf_counter() - started) / len(tried.values) * spec.count
+    several = min(workers or os.cpu_count() or 1, -(-spec.count // len(chunk.values)))
+    return seconds / several + (START if several > 1 else 0.0)
+
+
+def _in_processes(todo: list[Chunk], workers: int) -> Iterator[tuple[Chunk, Numbers]]:
+    """Yield chunks as processes finish them. Those of a process that died are solved again."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    left, tried = {chunk.first: chunk for chunk in todo}, dict.fromkeys((chunk.first for chunk in todo), 0)
+    while left:
+        try:
+            with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+                waiting: dict[Future[Any], Chunk] = {}
+                coming = iter(list(left.values()))
+                try:
+                    while left:
+                        for chunk in coming:
+                            tried[chunk.first] += 1
+                            waiting[pool.submit(solved, chunk)] = chunk
+                            if len(waiting) >= AHEAD * workers:
+                                break
+                        for future in wait(waiting, return_when="FIRST_COMPLETED").done:
+                            chunk = waiting.pop(future)
+                            numbers = future.result()
+                            del left[chunk.first]
+                            yield chunk, numbers
+                except BaseException:
+                    pool.shutdown(wait=False, cancel_futures=True)
+                    raise
+        except BrokenProcessPool:
+            worst = max(tried[first] for first in left)
+            if worst >= TRIES:
+                reason = f"A process of the study ended {TRIES} times; the chunks that are finished are kept."
+                raise CannotRender(f"{reason} Give it more memory, or fewer workers.") from None
+
+
+def _on_cluster(todo: list[Chunk], address: str) -> Iterator[tuple[Chunk, Numbers]]:
+    """Yield chunks as the workers of a Dask cluster finish them."""
+    try:
+        distributed: Any = import_module("distributed")
+    except ModuleNotFoundError:
+        raise CannotRender("A cluster needs the extra `cluster`: pip install 'ridgewave[cluster]'.") from None
+    try:
+        client = distributed.Client(address, timeout=10)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise CannotRender(f"The scheduler at {address} does not answer. Check its address.") from error
+    with client:
+        futures = client.map(solved, todo, pure=False, retries=TRIES)
+        by_key = {future.key: chunk for future, chunk in zip(futures, todo, strict=True)}
+        for future in distributed.as_completed(futures):
+            try:
+                numbers = future.result()
+            except Exception as error:
+                reason = f"A worker of the cluster could not solve a chunk ({type(error).__name__}). Others are kept."
+                raise CannotRender(reason) from error
+            yield by_key[future.key], numbers
+            future.release()

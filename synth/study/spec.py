@@ -1,0 +1,198 @@
+"""A study as a person writes it: a scene, axes, and how they are combined. It gives its scenes by number.
+
+Stage   STUDY.
+Model   {"scene": ..., "axes": {field: values, ...}, "sample": null, "phases": 256, "lines": 32, "most_scenes": 200000}
+        Without `sample` every combination of the axes is a scene; the last axis changes first. With it, scenes are
+        samples between the ends of each axis: {"kind": "latin_hypercube" | "sobol", "count": n, "seed": 0}.
+        Fields are merged into the scene as a PATCH request does. Groups come last: contact length, texture and load
+        follow from them (`contact.groups`).
+Source  Latin hypercube and Sobol samples: scipy.stats.qmc.
+Limits  A combination that is no scene is recorded with its reason and does not stop the others.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from hashlib import sha256
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.contact.groups import with_groups
+from synth.errors import Fault, SceneError, shown
+from synth.scene.merge import merge_patch
+from synth.scene.scene import Scene, parse_scene, scene_document
+from synth.scene.text import object_from_text
+from synth.study.axes import GROUPS, Axis, read_axis
+
+FIELDS = ("scene", "axes", "sample", "phases", "lines", "most_scenes")
+SAMPLE, SAMPLES = ("kind", "count", "seed"), ("latin_hypercube", "sobol")
+PHASES, LEAST_PHASES, MOST_PHASES = 256, 16, 1 << 16
+LINES, MOST_LINES = 32, 4096
+MOST_SCENES, LARGEST = 200_000, 1 << 31
+MOST_BYTES, OTHER_NUMBERS = 8 << 30, 40  # of the result; numbers of a scene beside its lines
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """How scenes are drawn between the ends of the axes."""
+
+    kind: str
+    count: int
+    seed: int
+
+
+@dataclass(frozen=True, slots=True)
+class StudySpec:
+    """A checked study.
+
+    scene: document of the scene that the axes change.
+    axes: in the order in which they were written.
+    sample: None: every combination.
+    phases: solutions per period of the texture.
+    lines: recorded lines.
+    """
+
+    scene: dict[str, Any]
+    axes: tuple[Axis, ...]
+    sample: Sample | None
+    phases: int
+    lines: int
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of scenes along each dimension of the result."""
+        return (self.sample.count,) if self.sample else tuple(len(axis.values) for axis in self.axes)
+
+    @property
+    def count(self) -> int:
+        """Number of scenes."""
+        return math.prod(self.shape)
+
+    def columns(self) -> dict[str, list[Any]]:
+        """Return the value of every axis in every scene, in the order of their numbers."""
+        if self.sample is not None:
+            drawn = self._drawn(self.sample)
+            return {axis.name: axis.at(part).tolist() for axis, part in zip(self.axes, drawn.T, strict=True)}
+        places = np.unravel_index(np.arange(self.count), self.shape)
+        return {
+            axis.name: [axis.values[place] for place in along.tolist()]
+            for axis, along in zip(self.axes, places, strict=True)
+        }
+
+    def _drawn(self, sample: Sample) -> Array:
+        """Return the samples [scenes, axes], each from 0 to 1."""
+        from scipy.stats import qmc
+
+        if sample.kind == "sobol":
+            drawn = qmc.Sobol(len(self.axes), seed=sample.seed).random_base2(math.ceil(math.log2(sample.count)))
+            return np.asarray(drawn[: sample.count])
+        return np.asarray(qmc.LatinHypercube(len(self.axes), seed=sample.seed).random(sample.count))
+
+    def document(self) -> dict[str, Any]:
+        """Return the spec as JSON, with numbers in SI."""
+        axes: dict[str, Any] = {axis.name: list(axis.values) for axis in self.axes}
+        if self.sample is not None:
+            spacing = {True: "log", False: "linear"}
+            axes = {
+                one.name: {"from": one.values[0], "to": one.values[1], "spacing": spacing[one.log]} for one in self.axes
+            }
+        sample = None if self.sample is None else asdict(self.sample)
+        return {"scene": self.scene, "axes": axes, "sample": sample, "phases": self.phases, "lines": self.lines}
+
+    @property
+    def key(self) -> str:
+        """A hash of everything that decides its numbers."""
+        return sha256(json.dumps(self.document(), sort_keys=True).encode()).hexdigest()
+
+
+def scene_at(base: dict[str, Any], values: Mapping[str, Any]) -> Scene:
+    """Return the scene with the values of all axes. Raises SceneError where they are no scene."""
+    patch: dict[str, Any] = {}
+    groups = {}
+    for name, value in values.items():
+        first, *rest = name.split(".")
+        if first == GROUPS:
+            groups[rest[0]] = float(value)
+            continue
+        inner = patch
+        for part in (first, *rest[:-1]):
+            inner = inner.setdefault(part, {})
+        inner[rest[-1]] = value
+    scene = parse_scene(merge_patch(base, patch))
+    return with_groups(scene, groups) if groups else scene
+
+
+def read_spec(document: object) -> StudySpec:
+    """Return the study that `document` describes: a mapping, or JSON text. Raises SceneError with every fault found."""
+    written = object_from_text(document) if isinstance(document, str | bytes) else document
+    if not isinstance(written, Mapping):
+        raise _refused("", written, f"an object with {', '.join(FIELDS)}", 'Write {"axes": {...}}.')
+    for name in written:
+        if name not in FIELDS:
+            raise _refused(f"/{name}", written[name], f"one of {', '.join(FIELDS)}", "Check the spelling.")
+    scene = scene_document(parse_scene({} if written.get("scene") is None else written["scene"]))
+    axes, faults, sample = written.get("axes"), list[Fault](), _sample(written.get("sample"))
+    if not isinstance(axes, Mapping) or not axes:
+        hint = 'Write, for example, {"texture.period": {"from": "0.1 mm", "to": "10 mm", "count": 50}}.'
+        raise _refused("/axes", axes, "at least one field with its values", hint)
+    found = []
+    for name, values in axes.items():
+        try:
+            found.append(read_axis(str(name), values, sampled=sample is not None))
+        except SceneError as error:
+            faults += error.faults
+    if faults:
+        raise SceneError(faults)
+    phases = _whole(written, "phases", PHASES, LEAST_PHASES, MOST_PHASES)
+    if phases & (phases - 1):
+        raise _refused("/phases", phases, "a power of two", f"Write {1 << phases.bit_length()}.")
+    lines = _whole(written, "lines", LINES, 1, MOST_LINES)
+    spec = StudySpec(scene, tuple(found), sample, phases, lines)
+    most = _whole(written, "most_scenes", MOST_SCENES, 1, LARGEST)
+    if spec.count > most:
+        sizes = " x ".join(map(str, spec.shape))
+        hint = f"Write fewer values, or most_scenes {spec.count} if you mean it."
+        raise _refused("/axes", f"{sizes} = {spec.count} scenes", f"at most {most} scenes", hint)
+    nbytes = 8 * spec.count * (2 * lines + OTHER_NUMBERS)
+    if nbytes > MOST_BYTES:
+        hint = "Write fewer scenes or fewer lines."
+        raise _refused("/lines", lines, f"a result of at most {MOST_BYTES >> 30} GB; this has {nbytes >> 30}", hint)
+    _words_fit(spec)
+    return spec
+
+
+def _sample(written: object) -> Sample | None:
+    if written is None:
+        return None
+    if not isinstance(written, Mapping) or any(name not in SAMPLE for name in written):
+        hint = 'Write {"kind": "latin_hypercube", "count": 1000, "seed": 0}.'
+        raise _refused("/sample", written, f"null, or an object with {', '.join(SAMPLE)}", hint)
+    if written.get("kind") not in SAMPLES:
+        raise _refused("/sample/kind", written.get("kind"), " or ".join(SAMPLES), "Check the spelling.")
+    count = _whole(written, "count", None, 1, LARGEST, "/sample")
+    return Sample(str(written["kind"]), count, _whole(written, "seed", 0, 0, LARGEST, "/sample"))
+
+
+def _whole(written: Mapping[Any, Any], name: str, default: int | None, low: int, high: int, above: str = "") -> int:
+    """Return a whole number of the spec."""
+    value = written.get(name, default)
+    value = default if value is None else value
+    if not isinstance(value, int) or isinstance(value, bool) or not low <= value <= high:
+        raise _refused(f"{above}/{name}", value, f"a whole number from {low} to {high}", f"Write {default or 1000}.")
+    return value
+
+
+def _words_fit(spec: StudySpec) -> None:
+    """Refuse words, such as the names of textures, that no scene has, before anything is computed."""
+    for axis in spec.axes:
+        for value in axis.values if axis.values and not isinstance(axis.values[0], float | int) else ():
+            scene_at(spec.scene, {axis.name: value})
+
+
+def _refused(where: str, value: object, allowed: str, hint: str) -> SceneError:
+    return SceneError([Fault(where, shown(value), allowed, hint)])

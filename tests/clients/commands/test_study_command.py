@@ -1,0 +1,40 @@
+"""`ridgewave study`: what it writes, and what it refuses."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+from tests.conftest import RunsRidgewave
+
+SPEC = {"axes": {"texture.period": ["0.4 mm", "0.8 mm"], "scan.load": ["0.1 N", "0.3 N"]}, "phases": 64, "lines": 3}
+
+
+def written(folder: Path, spec: object = SPEC) -> Path:
+    path = folder / "map.json"
+    path.write_text(json.dumps(spec))
+    return path
+
+
+def test_a_study_is_written_as_a_table(ridgewave: RunsRidgewave, tmp_path: Path) -> None:
+    out = tmp_path / "map.csv"
+    done = ridgewave("study", str(written(tmp_path)), "-o", str(out), "--workers", "1", "--json")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert told["scenes"] == 4 and told["not_solved"] == 0
+    rows = list(csv.DictReader(out.open()))
+    assert [row["scan.load"] for row in rows] == ["0.1", "0.3"] * 2
+    assert all(float(row["rms_acceleration"]) > 0.0 for row in rows)
+    assert not (tmp_path / "map.csv.parts").exists()
+    again = ridgewave("study", str(written(tmp_path)), "-o", str(out))
+    assert again.returncode == 2 and "does not exist" in str(again.stderr)
+
+
+def test_bad_specs_end_before_anything_is_computed(ridgewave: RunsRidgewave, tmp_path: Path) -> None:
+    for spec, word in (({"axes": {"texture.perod": [1]}}, "texture.perod"), ({"axes": {}}, "at least one field")):
+        done = ridgewave("study", str(written(tmp_path, spec)), "-o", str(tmp_path / "map.nc"))
+        assert done.returncode == 2 and word in str(done.stderr) and "Traceback" not in str(done.stderr)
+    missing = ridgewave("study", str(tmp_path / "none.json"), "-o", str(tmp_path / "map.nc"))
+    assert missing.returncode == 2 and "exists" in str(missing.stderr)
+    assert not list(tmp_path.glob("map.nc*"))

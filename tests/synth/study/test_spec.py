@@ -1,0 +1,91 @@
+"""A study as it is written: its scenes, and what is refused before anything is computed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import ridgewave as rw
+from synth.study.spec import read_spec, scene_at
+
+PERIOD = {"texture.period": {"from": "0.1 mm", "to": "10 mm", "count": 5, "spacing": "log"}}
+LATIN = {"kind": "latin_hypercube", "count": 8, "seed": 4}
+OPEN = {"texture.period": {"from": "0.1 mm", "to": "10 mm", "spacing": "log"}, "scan.load": {"from": 0.1, "to": 1.0}}
+
+
+def test_ranges_lists_and_arrays_become_si_numbers() -> None:
+    axes = PERIOD | {"scan.load": ["100 mN", "1 N"], "scan.speed": np.array([0.04, 0.08])}
+    spec = read_spec({"axes": axes})
+    assert spec.shape == (5, 2, 2) and spec.count == 20
+    np.testing.assert_allclose(spec.axes[0].values, [1e-4, 10**-3.5, 1e-3, 10**-2.5, 1e-2])
+    assert spec.axes[1].values == (0.1, 1.0)
+    columns = spec.columns()
+    assert columns["scan.speed"][:3] == [0.04, 0.08, 0.04], "the last axis changes first"
+
+
+@pytest.mark.parametrize("kind", ["latin_hypercube", "sobol"])
+def test_samples_lie_between_the_ends_and_repeat_with_their_seed(kind: str) -> None:
+    spec, again, other = (
+        read_spec({"axes": OPEN, "sample": LATIN | {"kind": kind, "seed": seed}}).columns() for seed in (4, 4, 5)
+    )
+    assert spec == again and spec != other
+    logs = np.log10(spec["texture.period"])
+    assert len(logs) == 8 and logs.min() >= -4.0 and logs.max() <= -2.0
+    counts = np.histogram(logs, bins=np.linspace(-4.0, -2.0, 9))[0]
+    assert kind == "sobol" or np.all(counts == 1), "one in each eighth"
+
+
+def test_a_scene_has_the_values_of_its_axes() -> None:
+    spec = read_spec({"scene": "denim-72x56", "axes": {"scan.load": ["0.4 N"], "texture.kind": ["sinusoid"]}})
+    scene = scene_at(spec.scene, {"scan.load": 0.4, "texture.kind": "sinusoid"})
+    assert (scene.scan.load, scene.texture.kind) == (0.4, "sinusoid")
+    grown = scene_at(read_spec({"axes": PERIOD}).scene, {"groups.period_ratio": 2.0, "finger.ridge_period": 4e-4})
+    assert grown.texture.period == 8e-4
+
+
+REFUSED: dict[str, tuple[Any, str]] = {
+    "no object": ([1], "axes"),
+    "unknown key": ({"axes": PERIOD, "phase": 4}, "phases"),
+    "no axes": ({}, "at least one field"),
+    "unknown field": ({"axes": {"texture.perod": [1.0]}}, "a field that holds one value"),
+    "a section": ({"axes": {"texture": [{}]}}, "a field that holds one value"),
+    "unknown group": ({"axes": {"groups.tau": [1.0]}}, "groups.ridges"),
+    "empty list": ({"axes": {"scan.load": []}}, "at least one value"),
+    "empty range": ({"axes": {"scan.load": {"from": 2.0, "to": 1.0, "count": 3}}}, "smaller value to a larger"),
+    "wrong unit": ({"axes": {"texture.period": ["1 N"]}}, "0.8 mm"),
+    "mixed units": ({"axes": {"texture.period": [1e-3, "1 mm"]}}, "all text with units"),
+    "mixed ends": ({"axes": {"scan.load": {"from": 0.1, "to": "1 N", "count": 3}}}, "all text with units"),
+    "outside the range": ({"axes": {"scan.load": ["2000 N"]}}, "1000 N"),
+    "nan": ({"axes": {"scan.load": [float("nan")]}}, "1000 N"),
+    "log of zero": ({"axes": {"scan.load": {"from": 0.0, "to": 1.0, "count": 3, "spacing": "log"}}}, "above 0"),
+    "unknown spacing": ({"axes": {"scan.load": {"from": 0.1, "to": 1.0, "count": 3, "spacing": "dB"}}}, "linear"),
+    "no count": ({"axes": {"scan.load": {"from": 0.1, "to": 1.0}}}, "whole number"),
+    "a million": (
+        {"axes": {name: {"from": 0.1, "to": 1.0, "count": 1000} for name in ("scan.load", "scan.speed")}},
+        "most_scenes 1000000",
+    ),
+    "a list of samples": ({"axes": {"scan.load": [0.1, 1.0]}, "sample": LATIN}, "from"),
+    "unknown samples": ({"axes": OPEN, "sample": {"kind": "random", "count": 8}}, "latin_hypercube"),
+    "phases": ({"axes": PERIOD, "phases": 100}, "power of two"),
+    "too many lines": ({"axes": PERIOD, "lines": 5000}, "4096"),
+    "unknown texture": ({"axes": {"texture.kind": ["denim-72x56", "denmi"]}}, "denim"),
+    "too large": (
+        {"axes": {"scan.load": {"from": 0.1, "to": 1.0, "count": 200_000}}, "lines": 4096}, "at most 8 GB",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_is_no_study_is_refused_with_what_to_write(name: str) -> None:
+    document, word = REFUSED[name]
+    with pytest.raises(rw.SceneError) as caught:
+        read_spec(document)
+    assert word in str(caught.value)
+
+
+def test_every_fault_of_the_axes_is_told_at_once() -> None:
+    with pytest.raises(rw.SceneError) as caught:
+        read_spec({"axes": {"texture.perod": [1.0], "scan.load": ["1 m"]}})
+    assert len(caught.value.faults) == 2
