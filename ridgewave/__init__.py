@@ -41,6 +41,7 @@ if _TYPE_CHECKING:
     from ridgewave.scenes import parse_scene as parse_scene
     from ridgewave.scenes import render as render
     from ridgewave.scenes import textures as textures
+    from ridgewave.studies import analyze as analyze
     from ridgewave.studies import sweep as sweep
     from service.store.store import StoredTexture as StoredTexture
     from synth.accuracy.report import AccuracyReport as AccuracyReport
@@ -87,6 +88,7 @@ _MODULES = {
     "StoredTexture": "service.store.store",
     "StreamEnded": "clients.client_errors",
     "Voice": "synth.voice.voice",
+    "analyze": "ridgewave.studies",
     "common_full_scale": "synth.encode.sound",
     "explain": "ridgewave.scenes",
     "import_texture": "ridgewave.imports",

@@ -1,4 +1,4 @@
-"""Many scenes at once: `sweep` solves a study and returns its labelled dataset."""
+"""What is felt of a scene, and many scenes at once: `analyze`, and `sweep`, which returns a labelled dataset."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ def sweep(
     sample: Mapping[str, Any] | None = None,
     phases: int = 256,
     lines: int = 32,
+    skin: bool = False,
     most_scenes: int | None = None,
     parts: str | os.PathLike[str] | None = None,
     workers: int | None = 1,
@@ -38,6 +39,7 @@ def sweep(
     sample: None for every combination, or {"kind": "latin_hypercube" or "sobol", "count": n, "seed": 0}.
     phases: solutions per period, a power of two; the error that they leave is in the dataset.
     lines: recorded lines of the spectrum.
+    skin: whether what the receptors of the skin feel is recorded, too.
     most_scenes: largest number of scenes; None for 200,000.
     parts: folder that keeps finished chunks, from which an interrupted sweep goes on; None keeps none.
     workers: processes; None for one a processor. With more than 1, a script needs `if __name__ == "__main__"`.
@@ -52,8 +54,24 @@ def sweep(
     from synth.study.spec import read_spec
 
     document = {"scene": scene_document(parse_scene(scene)), "axes": axes, "sample": sample}
-    spec = read_spec({**document, "phases": phases, "lines": lines, "most_scenes": most_scenes})
+    spec = read_spec({**document, "phases": phases, "lines": lines, "skin": skin, "most_scenes": most_scenes})
     with tempfile.TemporaryDirectory(prefix="ridgewave-study-") as own:
         folder = Path(own if parts is None else parts)
         run(spec, folder, workers=workers, scheduler=scheduler, progress=progress)
         return dataset_of(spec, numbers_of(spec, folder))
+
+
+def analyze(scene: SceneSource, **fields: Any) -> dict[str, Any]:
+    """Return what is felt of a steady scene: by the whole finger, and by the skin under its ridges (docs/study.md).
+
+    scene, fields: as `parse_scene`.
+    The result has `whole_finger_level` (dB over the detection threshold, None where nothing moves), `receptors` (SA1,
+    RA, PC: depth in m, strain, power, level in dB, and frequency in Hz, of SA1 the wavelength in m), `pacinian_power`,
+    `intensity` (in thresholds) and `felt_by`.
+    Raises SceneError for a scan that is not steady, a texture over an area, and effects that are simulated.
+
+    Example: rw.analyze("grating-1mm-31um", finger={"kind": "fingertip"})["felt_by"]
+    """
+    from synth.study.skin_outcome import skin_felt
+
+    return skin_felt(parse_scene(scene, **fields))

@@ -61,6 +61,10 @@ EXAMPLES = {
         ("table grating-800um-40um -o grating.safetensors", "its response table, for another program"),
         ("table scene.json -o scene.safetensors --set output.bandwidth=500Hz", "with a narrower band"),
     ),
+    "analyze": (
+        ("analyze grating-1mm-31um --everyday", "by vibration, by its spatial pattern, or not at all"),
+        ("analyze scene.json --set scan.speed=40mm/s --json", "for a program"),
+    ),
     "study": (
         ("study map.json -o map.nc", "solve every scene of a study, as one dataset"),
         ("study map.json -o map.csv --workers 4", "as a table, in four processes"),
@@ -110,6 +114,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_textures(commands)
     _add_table(commands)
     _add_study(commands)
+    _add_analyze(commands)
     _add_completion(commands)
     return parser
 
@@ -371,6 +376,17 @@ def _add_study(commands: Any) -> None:
     parser.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler, such as tcp://127.0.0.1:8786")
     parser.add_argument("--overwrite", action="store_true", help="replace OUT if it exists")
     _add_progress(parser)
+
+
+def _add_analyze(commands: Any) -> None:
+    parser = _add_command(
+        commands,
+        "analyze",
+        "tell what is felt of a scene",
+        "Tell what is felt of a steady scene: the motion of the whole finger, the vibration of the skin under its "
+        "ridges, and the spatial pattern, each over its threshold (docs/study.md).",
+    )
+    _add_scene(parser)
 
 
 def _add_completion(commands: Any) -> None:

@@ -92,7 +92,7 @@ def _check(scene: Scene, groups: dict[str, float]) -> None:
             faults.append(Fault(f"/groups/{name}", shown(value), "a number above 0", hint))
     if scene.finger.kind != "comb" or scene.texture.kind != DEFAULT or scene.finger.ridge_amplitude == 0.0:
         hint = 'Write finger.kind "comb" with ridges, and texture.kind "sinusoid".'
-        value = f"a {scene.finger.kind} on a {scene.texture.kind}"
-        faults.append(Fault("/groups", value, "ridges on a sinusoid, of which the groups are", hint))
+        told = f"a {scene.finger.kind} on a {scene.texture.kind}"
+        faults.append(Fault("/groups", told, "ridges on a sinusoid, of which the groups are", hint))
     if faults:
         raise SceneError(faults)

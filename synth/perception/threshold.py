@@ -37,10 +37,20 @@ def _above(f: Array, corner: float) -> Array:
     return np.asarray(np.maximum(np.log2(f / corner), 0.0))
 
 
-def _fingertip(f: Array) -> Array:
+def non_pacinian(f: Array) -> Array:
+    """Return the line of `fingertip` that falls slowly, dB re 1 um."""
     slow = 28.0 - 5.0 * np.maximum(np.log2(np.minimum(f, 300.0) / 3.0), 0.0)
+    return np.asarray(slow + RISE * _above(f, 300.0))
+
+
+def pacinian(f: Array) -> Array:
+    """Return the line of `fingertip` that falls fast, dB re 1 um."""
     fast = -18.0 + 12.0 * np.maximum(np.log2(250.0 / f), 0.0)
-    return np.asarray(np.minimum(slow, fast) + RISE * _above(f, 300.0))
+    return np.asarray(fast + RISE * _above(f, 300.0))
+
+
+def _fingertip(f: Array) -> Array:
+    return np.asarray(np.minimum(non_pacinian(f), pacinian(f)))
 
 
 def _probe(f: Array) -> Array:

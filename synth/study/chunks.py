@@ -15,7 +15,7 @@ import os
 import tempfile
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
@@ -40,7 +40,7 @@ class Chunk:
     first: number of the first one.
     base: document of the scene that the values change.
     values: of every axis, for each scene.
-    phases, lines: as of the spec.
+    phases, lines, skin: as of the spec.
     """
 
     first: int
@@ -48,11 +48,12 @@ class Chunk:
     values: tuple[dict[str, Any], ...]
     phases: int
     lines: int
+    skin: bool
 
     @property
     def name(self) -> str:
         """Name of its file."""
-        decided = {"base": self.base, "values": self.values, "phases": self.phases, "lines": self.lines}
+        decided = {one.name: getattr(self, one.name) for one in fields(self) if one.name != "first"}
         return sha256(f"{source_hash()} {json.dumps(decided, sort_keys=True)}".encode()).hexdigest() + ".npz"
 
 
@@ -62,7 +63,7 @@ def chunks_of(spec: StudySpec) -> Iterator[Chunk]:
     for first in range(0, spec.count, CHUNK):
         some = range(first, min(first + CHUNK, spec.count))
         values = tuple({name: column[number] for name, column in columns.items()} for number in some)
-        yield Chunk(first, spec.scene, values, spec.phases, spec.lines)
+        yield Chunk(first, spec.scene, values, spec.phases, spec.lines, spec.skin)
 
 
 def solved(chunk: Chunk) -> Numbers:
@@ -74,7 +75,12 @@ def solved(chunk: Chunk) -> Numbers:
     for values in chunk.values:
         reason = ""
         try:
-            found = outcome_of(scene_at(chunk.base, values), chunk.phases, chunk.lines)
+            scene = scene_at(chunk.base, values)
+            found = outcome_of(scene, chunk.phases, chunk.lines)
+            if chunk.skin:
+                from synth.study.skin_outcome import levels_of
+
+                found |= levels_of(scene)
         except (InvalidRequest, CannotRender) as error:
             found, reason = nothing(chunk.lines), str(error)
         rows.append(found)

@@ -1,7 +1,8 @@
 """A study as a person writes it: a scene, axes, and how they are combined. It gives its scenes by number.
 
 Stage   STUDY.
-Model   {"scene": ..., "axes": {field: values, ...}, "sample": null, "phases": 256, "lines": 32, "most_scenes": 200000}
+Model   {"scene": ..., "axes": {field: values, ...}, "sample": null, "phases": 256, "lines": 32, "skin": false,
+         "most_scenes": 200000}
         Without `sample` every combination of the axes is a scene; the last axis changes first. With it, scenes are
         samples between the ends of each axis: {"kind": "latin_hypercube" | "sobol", "count": n, "seed": 0}.
         Fields are merged into the scene as a PATCH request does. Groups come last: contact length, texture and load
@@ -29,7 +30,7 @@ from synth.scene.scene import Scene, parse_scene, scene_document
 from synth.scene.text import object_from_text
 from synth.study.axes import GROUPS, Axis, read_axis
 
-FIELDS = ("scene", "axes", "sample", "phases", "lines", "most_scenes")
+FIELDS = ("scene", "axes", "sample", "phases", "lines", "skin", "most_scenes")
 SAMPLE, SAMPLES = ("kind", "count", "seed"), ("latin_hypercube", "sobol")
 PHASES, LEAST_PHASES, MOST_PHASES = 256, 16, 1 << 16
 LINES, MOST_LINES = 32, 4096
@@ -55,6 +56,7 @@ class StudySpec:
     sample: None: every combination.
     phases: solutions per period of the texture.
     lines: recorded lines.
+    skin: whether what the receptors of the skin feel is recorded, too.
     """
 
     scene: dict[str, Any]
@@ -62,6 +64,7 @@ class StudySpec:
     sample: Sample | None
     phases: int
     lines: int
+    skin: bool = False
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -102,7 +105,8 @@ class StudySpec:
                 one.name: {"from": one.values[0], "to": one.values[1], "spacing": spacing[one.log]} for one in self.axes
             }
         sample = None if self.sample is None else asdict(self.sample)
-        return {"scene": self.scene, "axes": axes, "sample": sample, "phases": self.phases, "lines": self.lines}
+        asked = {"phases": self.phases, "lines": self.lines, "skin": self.skin}
+        return {"scene": self.scene, "axes": axes, "sample": sample, **asked}
 
     @property
     def key(self) -> str:
@@ -152,7 +156,10 @@ def read_spec(document: object) -> StudySpec:
     if phases & (phases - 1):
         raise _refused("/phases", phases, "a power of two", f"Write {1 << phases.bit_length()}.")
     lines = _whole(written, "lines", LINES, 1, MOST_LINES)
-    spec = StudySpec(scene, tuple(found), sample, phases, lines)
+    skin = written.get("skin", False)
+    if not isinstance(skin, bool):
+        raise _refused("/skin", skin, "true or false", "Write true to record what the receptors feel.")
+    spec = StudySpec(scene, tuple(found), sample, phases, lines, skin)
     most = _whole(written, "most_scenes", MOST_SCENES, 1, LARGEST)
     if spec.count > most:
         sizes = " x ".join(map(str, spec.shape))

@@ -44,6 +44,10 @@ VARIABLES = (
     Variable("amplitude_ratio", "", "", "A, eq. 7: texture amplitude over ridge amplitude"),
     Variable("group_load", "", "", "W, eq. 7: load over k a1 lambda1 / L"),
     Variable("sensation_level", "dB", "", "strongest line of the whole finger over the detection threshold"),
+    Variable("sa1_level", "dB", "", "strongest wave of the spatial pattern over the threshold of SA1"),
+    Variable("ra_level", "dB", "", "strongest line of the skin's vibration over the threshold of RA"),
+    Variable("pc_level", "dB", "", "strongest line of the skin's vibration over the threshold of PC"),
+    Variable("intensity", "", "", "of the skin's vibration, in thresholds"),
 )
 """NaN where a number is not known or has no meaning."""
 
