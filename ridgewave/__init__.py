@@ -42,6 +42,7 @@ if _TYPE_CHECKING:
     from ridgewave.scenes import render as render
     from ridgewave.scenes import textures as textures
     from ridgewave.studies import analyze as analyze
+    from ridgewave.studies import compare as compare
     from ridgewave.studies import sweep as sweep
     from service.store.store import StoredTexture as StoredTexture
     from synth.accuracy.report import AccuracyReport as AccuracyReport
@@ -90,6 +91,7 @@ _MODULES = {
     "Voice": "synth.voice.voice",
     "analyze": "ridgewave.studies",
     "common_full_scale": "synth.encode.sound",
+    "compare": "ridgewave.studies",
     "explain": "ridgewave.scenes",
     "import_texture": "ridgewave.imports",
     "load": "ridgewave.scenes",

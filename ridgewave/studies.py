@@ -1,4 +1,4 @@
-"""What is felt of a scene, and many scenes at once: `analyze`, and `sweep`, which returns a labelled dataset."""
+"""Many scenes at once (`sweep`), what is felt of one (`analyze`), and measurements beside the model (`compare`)."""
 
 from __future__ import annotations
 
@@ -12,9 +12,12 @@ from ridgewave.scenes import parse_scene
 from synth.scene.scene import scene_document
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
     from xarray import Dataset
 
     from ridgewave.scenes import SceneSource
+    from synth.encode.sound import Sound
+    from synth.study.comparison import Comparison
 
 
 def sweep(
@@ -49,10 +52,11 @@ def sweep(
 
     Example: rw.sweep({}, {"texture.period": ["0.4 mm", "0.8 mm"], "scan.load": [0.1, 0.3]}).rms
     """
-    from synth.study.dataset import dataset_of, numbers_of
+    from synth.study.dataset import dataset_of, needed, numbers_of
     from synth.study.running import run
     from synth.study.spec import read_spec
 
+    needed("xarray")
     document = {"scene": scene_document(parse_scene(scene)), "axes": axes, "sample": sample}
     spec = read_spec({**document, "phases": phases, "lines": lines, "skin": skin, "most_scenes": most_scenes})
     with tempfile.TemporaryDirectory(prefix="ridgewave-study-") as own:
@@ -75,3 +79,48 @@ def analyze(scene: SceneSource, **fields: Any) -> dict[str, Any]:
     from synth.study.skin_outcome import skin_felt
 
     return skin_felt(parse_scene(scene, **fields))
+
+
+def compare(
+    scene: SceneSource,
+    *recordings: str | os.PathLike[str] | Sound | npt.ArrayLike,
+    quantity: str | None = None,
+    rate: float | None = None,
+    scale: float | None = None,
+    column: str | None = None,
+    channel: int = 0,
+) -> list[Comparison]:
+    """Return measured vibrations beside the model's, line by line (docs/compare.md).
+
+    scene: as `parse_scene`, with the speed and the load of the measurement.
+    recordings: WAV, FLAC, CSV or Parquet files, sounds, or arrays of one channel.
+    quantity: displacement, velocity or acceleration, where a recording does not say it.
+    rate: Hz, of an array or of a table without times.
+    scale: SI value of a sample of 1; None: that of the file, or unknown, and then one gain is fitted. An array is SI.
+    column, channel: of a table, and of a sound.
+    Each result has `speed` (the one that fits, m/s), `gain` (dB or None), `lines`, `warnings` and `document()`.
+    Raises InvalidRequest for what cannot be compared, SceneError for the scene.
+
+    Example: rw.compare({}, rw.render({}, output={"duration": "1 s"}))[0].speed
+    """
+    import numpy as np
+
+    from synth.encode.sound import Sound
+    from synth.errors import Fault, InvalidRequest
+    from synth.study.comparison import compared
+    from synth.study.recordings import Recording, read_recording
+
+    checked, found = parse_scene(scene), []
+    for number, one in enumerate(recordings):
+        if isinstance(one, str | os.PathLike):
+            known = read_recording(Path(one), column=column, channel=channel, rate=rate, scale=scale)
+        elif isinstance(one, Sound):
+            values = np.asarray(one.values[:, channel], np.float64)
+            known = Recording(f"sound {number + 1}", values, float(one.sample_rate), one.quantities[channel], True)
+        else:
+            if rate is None:
+                raise InvalidRequest([Fault("/rate", "none", "the rate of an array, Hz", "Write rate=10000.")])
+            known = Recording(f"array {number + 1}", np.asarray(one, np.float64) * (scale or 1.0), rate, "", True)
+        said = quantity or known.quantity
+        found.append(compared(checked, known.values, known.rate, said, known.name, scaled=known.scaled))
+    return found

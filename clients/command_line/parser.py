@@ -65,6 +65,10 @@ EXAMPLES = {
         ("analyze grating-1mm-31um --everyday", "by vibration, by its spatial pattern, or not at all"),
         ("analyze scene.json --set scan.speed=40mm/s --json", "for a program"),
     ),
+    "compare": (
+        ("compare scene.json scan1.wav scan2.csv --quantity acceleration", "measurements beside the model"),
+        ("compare scene.json scan.csv --column az --rate 10000 -o scan.svg", "with a figure"),
+    ),
     "study": (
         ("study map.json -o map.nc", "solve every scene of a study, as one dataset"),
         ("study map.json -o map.csv --workers 4", "as a table, in four processes"),
@@ -115,6 +119,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_table(commands)
     _add_study(commands)
     _add_analyze(commands)
+    _add_compare(commands)
     _add_completion(commands)
     return parser
 
@@ -387,6 +392,24 @@ def _add_analyze(commands: Any) -> None:
         "ridges, and the spatial pattern, each over its threshold (docs/study.md).",
     )
     _add_scene(parser)
+
+
+def _add_compare(commands: Any) -> None:
+    parser = _add_command(
+        commands,
+        "compare",
+        "set measured vibrations beside the model",
+        "Set measured vibrations beside the model's: the lines at multiples of speed over period in both, the speed "
+        "that fits them, and the difference of each line in dB (docs/compare.md).",
+    )
+    _add_scene(parser)
+    parser.add_argument("recordings", metavar="RECORDING", nargs="+", help="WAV, FLAC, CSV or Parquet files")
+    parser.add_argument("--quantity", metavar="NAME", help="displacement, velocity or acceleration")
+    parser.add_argument("--column", metavar="NAME", help="of a table: the column of the samples")
+    parser.add_argument("--channel", type=int, default=0, metavar="N", help="of a sound: the channel, from 0")
+    parser.add_argument("--rate", type=float, metavar="HZ", help="of a table without times: samples per second")
+    parser.add_argument("--scale", type=float, metavar="SI", help="SI value of a sample of 1")
+    parser.add_argument("-o", "--output", metavar="FIGURE", help="a figure that ends in .svg, .png or .pdf")
 
 
 def _add_completion(commands: Any) -> None:

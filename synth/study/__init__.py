@@ -9,4 +9,6 @@ pressed         patches and pressures of a steady contact
 chunks          scenes that are solved together, and their files, from which an interrupted study goes on
 running         chunks on the processors of this machine, or on a Dask cluster
 dataset         the result as one labelled dataset, and its files
+skin_outcome    what the receptors of the skin feel of a scene
+comparison      a recording beside the model; `recordings` reads it, `line_search` finds its lines
 """

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
-ENDINGS = (".zarr", ".nc", ".parquet", ".csv")
+NEEDS = {".zarr": ("xarray", "zarr"), ".nc": ("xarray",), ".parquet": ("pandas", "pyarrow"), ".csv": ("pandas",)}
+ENDINGS = tuple(NEEDS)
 SAMPLE = "sample"
 
 
@@ -41,7 +42,7 @@ def numbers_of(spec: StudySpec, folder: Path) -> dict[str, Any]:
 
 def dataset_of(spec: StudySpec, numbers: dict[str, Any]) -> Dataset:
     """Return the labelled dataset of a study. Raises CannotRender without the extra `study`."""
-    xarray = _needed("xarray")
+    xarray = needed("xarray")
     grid = spec.sample is None
     over = tuple(axis.name for axis in spec.axes) if grid else (SAMPLE,)
     columns = {axis.name: list(axis.values) for axis in spec.axes} if grid else spec.columns()
@@ -69,7 +70,7 @@ def dataset_of(spec: StudySpec, numbers: dict[str, Any]) -> Dataset:
 
 def table_of(spec: StudySpec, numbers: dict[str, Any]) -> DataFrame:
     """Return a row for each scene: its axes, then its numbers; lines and quantities as columns of their own."""
-    pandas = _needed("pandas")
+    pandas = needed("pandas")
     columns: dict[str, Any] = dict(spec.columns())
     for one in VARIABLES:
         values = numbers[one.name]
@@ -84,12 +85,14 @@ def table_of(spec: StudySpec, numbers: dict[str, Any]) -> DataFrame:
 
 
 def checked_path(path: Path, *, overwrite: bool) -> None:
-    """Refuse a file that cannot be written: of another ending, or that exists."""
+    """Refuse a file that cannot be written: of another ending, that exists, or for which a library is missing."""
     if path.suffix not in ENDINGS:
         allowed = f"a name that ends in {', '.join(ENDINGS)}"
         raise InvalidRequest([Fault("/output", str(path), allowed, "Write map.nc or map.csv.")])
     if path.exists() and not overwrite:
         raise InvalidRequest([Fault("/output", str(path), "a name that does not exist", "Write another name.")])
+    for name in NEEDS[path.suffix]:
+        needed(name)
 
 
 def write_result(spec: StudySpec, numbers: dict[str, Any], path: Path) -> None:
@@ -98,12 +101,10 @@ def write_result(spec: StudySpec, numbers: dict[str, Any], path: Path) -> None:
     _remove(made)
     try:
         if path.suffix == ".zarr":
-            _needed("zarr")
             dataset_of(spec, numbers).to_zarr(made, mode="w", zarr_format=2, consolidated=True)
         elif path.suffix == ".nc":
             dataset_of(spec, numbers).to_netcdf(made, engine="scipy", format="NETCDF3_64BIT")
         elif path.suffix == ".parquet":
-            _needed("pyarrow")
             table_of(spec, numbers).to_parquet(made, engine="pyarrow", index=False)
         else:
             table_of(spec, numbers).to_csv(made, index=False, lineterminator="\n")
@@ -120,7 +121,7 @@ def _remove(path: Path) -> None:
         path.unlink()
 
 
-def _needed(name: str) -> Any:
+def needed(name: str) -> Any:
     """Return a library of the extra `study`. Raises CannotRender without it."""
     from importlib import import_module
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import multiprocessing
 import os
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -194,6 +195,14 @@ def test_a_result_is_not_replaced_unless_asked(tmp_path: Path) -> None:
     with pytest.raises(rw.InvalidRequest, match=r"\.zarr"):
         checked_path(tmp_path / "map.xlsx", overwrite=False)
     checked_path(path, overwrite=True)
+
+
+def test_a_missing_library_is_told_before_anything_is_solved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    monkeypatch.setattr(running, "solved", lambda _chunk: pytest.fail("solved"))
+    for missing in (lambda: checked_path(tmp_path / "map.nc", overwrite=False), lambda: rw.sweep({}, SPEC["axes"])):
+        with pytest.raises(rw.CannotRender, match=r"ridgewave\[study\]"):
+            missing()
 
 
 def test_time_is_foreseen() -> None:

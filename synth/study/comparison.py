@@ -1,0 +1,135 @@
+"""A measured vibration beside the model's: the lines of both, the speed that fits, and the level of each line.
+
+Stage   STUDY.
+Model   The fundamental of the recording is searched around speed over period, and gives the speed that fits. The
+        model's lines at that speed (`steady_outcome`) are set beside the lines that are found. Where the scale of the
+        recording is not known, one gain is chosen: the median of the differences in dB over the lines that are found.
+Source  Welch spectra and the rule for lines: `line_search`.
+Limits  A steady scan on a texture. What the model leaves out, such as the resonance of a sensor, is in the differences.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.errors import Fault, InvalidRequest, shown
+from synth.scene.merge import merge_patch
+from synth.scene.scene import Scene, parse_scene, scene_document
+from synth.study.line_search import Line, Spectrum, fundamental_of, lines_at, spectrum_of
+from synth.study.steady_outcome import outcome_of
+from synth.study.variables import QUANTITIES
+
+SEARCH = 0.15  # of the stated speed, to each side
+MOST_LINES, PHASES = 64, 1024
+FEWEST = 256  # samples of a recording
+CLIPPED, RUN = 1e-3, 3  # part of samples at the ends of the range; equal ones in a row that show clipping
+OFF = 0.005  # of the speed: a larger difference is told
+
+
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """One line: as it was measured, and the model's amplitude and the difference (dB), None where there is none."""
+
+    measured: Line
+    model: float
+    difference: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """A recording beside a scene.
+
+    name: of the recording. quantity: of QUANTITIES. rate: Hz.
+    stated_speed, speed: of the scene, and the one that fits, m/s; None where no line is found.
+    gain: dB that is added to the recording; None: its scale is known.
+    lines: compared lines. spectrum: of the recording, without the gain.
+    warnings: sentences.
+    """
+
+    name: str
+    quantity: str
+    rate: float
+    stated_speed: float
+    speed: float | None
+    gain: float | None
+    lines: tuple[Compared, ...]
+    spectrum: Spectrum
+    warnings: tuple[str, ...]
+
+    def document(self) -> dict[str, Any]:
+        """Return the comparison as JSON, without its spectrum."""
+        lines = [asdict(one.measured) | {"model": one.model, "difference_db": one.difference} for one in self.lines]
+        plain = {name: getattr(self, name) for name in ("name", "quantity", "rate", "stated_speed", "speed")}
+        return plain | {"gain_db": self.gain, "lines": lines, "warnings": list(self.warnings)}
+
+
+def compared(scene: Scene, values: Array, rate: float, quantity: str, name: str, *, scaled: bool) -> Comparison:
+    """Return a recording beside `scene`.
+
+    values: one channel, SI if `scaled`. rate: Hz. quantity: one of QUANTITIES.
+    Raises InvalidRequest for a quantity or a recording that cannot be compared, SceneError as `outcome_of` does.
+    """
+    _check(values, rate, quantity, scene)
+    spectrum, warnings = spectrum_of(values - np.mean(values), rate), _doubts(values)
+    stated = abs(scene.scan.speed)
+    centre = stated / scene.texture.period
+    top = min(scene.output.bandwidth_hz, 0.45 * rate)
+    count = max(1, min(MOST_LINES, int(top / centre)))
+    fundamental, tried = fundamental_of(spectrum, (1.0 - SEARCH) * centre, (1.0 + SEARCH) * centre, count)
+    measured = lines_at(spectrum, fundamental, count, tried)
+    if not any(one.found for one in measured):
+        warnings.append("No line stands out of the noise: the speed is not fitted, and nothing is compared.")
+        lines = tuple(Compared(one, math.nan, None) for one in measured)
+        return Comparison(name, quantity, rate, stated, None, None, lines, spectrum, tuple(warnings))
+    speed = fundamental * scene.texture.period
+    if abs(speed - stated) > OFF * stated:
+        off = 100.0 * (speed / stated - 1.0)
+        fits = f"The lines fit a speed of {1e3 * speed:.4g} mm/s, {off:+.2g} % off the stated one"
+        warnings.append(f"{fits}: the speed, the period or the rate of the recording is another.")
+    document = merge_patch(scene_document(scene), {"scan": {"speed": speed}, "output": {"bandwidth": "full"}})
+    model = outcome_of(parse_scene(document), PHASES, count)["line_amplitude"]
+    sizes = model * (2.0 * math.pi * fundamental * np.arange(1, count + 1)) ** QUANTITIES.index(quantity)
+    differences = [
+        20.0 * math.log10(one.amplitude / size) if one.found and size > 0.0 and one.amplitude > 0.0 else None
+        for one, size in zip(measured, sizes.tolist(), strict=True)
+    ]
+    gain = None
+    if not scaled:
+        known = [one for one in differences if one is not None]
+        gain = -float(np.median(known)) if known else 0.0
+        differences = [None if one is None else one + gain for one in differences]
+    lines = tuple(Compared(*pair) for pair in zip(measured, sizes.tolist(), differences, strict=True))
+    return Comparison(name, quantity, rate, stated, speed, gain, lines, spectrum, tuple(warnings))
+
+
+def _doubts(values: Array) -> list[str]:
+    """Return warnings about a recording: a sensor that clips."""
+    told = []
+    for end in (float(np.max(values)), float(np.min(values))):
+        at = values == end
+        runs = at[2:] & at[1:-1] & at[:-2]
+        if np.mean(at) > CLIPPED and np.any(runs):
+            part = 100.0 * float(np.mean(at))
+            told.append(f"The sensor clips at {end:.4g}, {part:.2g} % of the samples: lines are too small.")
+    return told
+
+
+def _check(values: Array, rate: float, quantity: str, scene: Scene) -> None:
+    faults = []
+    if quantity not in QUANTITIES:
+        allowed = f"one of {', '.join(QUANTITIES)}"
+        faults.append(Fault("/quantity", shown(quantity), allowed, "A force has no model here yet."))
+    if values.ndim != 1 or len(values) < FEWEST or not np.all(np.isfinite(values)):
+        allowed = f"one channel of at least {FEWEST} finite samples"
+        faults.append(Fault("/recording", f"an array of shape {values.shape}", allowed, "Choose a channel."))
+    if not 10.0 <= rate <= 1e7:
+        faults.append(Fault("/rate", shown(rate), "10 to 10,000,000 Hz", "Write the sample rate of the recording."))
+    if scene.scan.speed == 0.0:
+        faults.append(Fault("/scan/speed", "0", "a speed other than 0", "Write the speed of the measurement."))
+    if faults:
+        raise InvalidRequest(faults)

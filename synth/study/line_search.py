@@ -1,0 +1,156 @@
+"""Lines at multiples of one frequency in a measured signal: found, or not claimed, at a stated rate of false alarms.
+
+Stage   STUDY, used by `comparison`.
+Model   Welch's spectrum: segments of SEGMENT s, Hann windows, half overlapped. The noise at a frequency is the median
+        of the spectrum around it, over the median of its distribution (chi-squared). The power of a line is the sum
+        over its bins, less the noise; a line may drift by DRIFT of its frequency. The fundamental is searched within a
+        range, at steps of half a bin of the highest multiple: the one with the largest sum of the logarithms of the
+        powers over the noise. A line is found where its power would occur by chance in less than ALARMS of all
+        recordings, over all lines and all fundamentals that were tried.
+Source  Welch (1967), IEEE Trans. Audio Electroacoust. 15; equivalent degrees of freedom of overlapped Hann segments:
+        Percival & Walden (1993), Spectral Analysis for Physical Applications.
+Limits  Noise that is level around a line. Mains hum is left out: lines within LOBE bins of multiples of 50 and 60 Hz.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+
+SEGMENT, LEAST_SEGMENTS = 1.0, 4  # s; a shorter recording has shorter segments
+OVERLAPPED = 36.0 / 19.0  # degrees of freedom of each Hann segment that half overlaps the next, for many segments
+ALARMS = 0.01  # part of recordings of noise in which a line is claimed
+DRIFT = 0.015  # of the frequency: how far a line may be spread to each side, by a speed that drifts by 1 %
+AROUND = 64  # bins on each side over which the noise is judged
+LOBE = 2  # bins on each side of a line that does not drift
+SEARCHED = 12  # multiples by which the fundamental is found
+MAINS = (50.0, 60.0)  # Hz
+
+
+@dataclass(frozen=True, slots=True)
+class Spectrum:
+    """A Welch spectrum.
+
+    hertz, density: one-sided, unit^2/Hz.
+    freedom: equivalent degrees of freedom.
+    noise: level at each frequency without lines.
+    """
+
+    hertz: Array
+    density: Array
+    freedom: float
+    noise: Array
+
+    @property
+    def bin(self) -> float:
+        """Distance of frequencies, Hz."""
+        return float(self.hertz[1])
+
+    def interval(self, part: float = 0.95) -> tuple[float, float]:
+        """Return the factors on the density between which the true one is with a probability of `part`."""
+        from scipy.stats import chi2
+
+        low, high = chi2.ppf([0.5 * (1.0 - part), 0.5 * (1.0 + part)], self.freedom)
+        return self.freedom / float(high), self.freedom / float(low)
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One multiple of the fundamental.
+
+    number: n. frequency: Hz.
+    amplitude: of the sinusoid, in units of the signal; 0 where nothing is above the noise.
+    low, high: 95 % interval of the amplitude.
+    found: whether it is claimed.
+    mains: whether it is left out, beside hum.
+    """
+
+    number: int
+    frequency: float
+    amplitude: float
+    low: float
+    high: float
+    found: bool
+    mains: bool
+
+
+def spectrum_of(values: Array, rate: float) -> Spectrum:
+    """Return the Welch spectrum of `values` at `rate` (Hz)."""
+    from scipy.ndimage import median_filter
+    from scipy.signal import welch
+    from scipy.stats import chi2
+
+    length = max(16, min(round(SEGMENT * rate), 2 * len(values) // (LEAST_SEGMENTS + 1)))
+    hertz, density = welch(values, rate, "hann", length, length // 2, detrend="linear")
+    segments = max(1, (len(values) - length // 2) // (length - length // 2))
+    freedom = OVERLAPPED * segments if segments > 1 else 2.0
+    median = median_filter(density, 2 * AROUND + 1, mode="nearest")
+    noise = median / (chi2.median(freedom) / freedom)
+    return Spectrum(np.asarray(hertz), np.asarray(density), freedom, np.asarray(np.maximum(noise, 1e-300)))
+
+
+def fundamental_of(spectrum: Spectrum, low: float, high: float, count: int) -> tuple[float, int]:
+    """Return the fundamental (Hz) between two frequencies whose multiples stand out most, and how many were tried.
+
+    count: multiples that may be there.
+    """
+    used = max(1, min(count, SEARCHED, int(0.95 * spectrum.hertz[-1] / high)))
+    steps = max(2, math.ceil((high - low) * used / (0.5 * spectrum.bin)))
+    tried = np.linspace(low, high, steps + 1)
+    ratio = np.maximum(spectrum.density / spectrum.noise, 1.0)
+    ratio[_beside_mains(spectrum.hertz, LOBE * spectrum.bin)] = 1.0
+    wide = np.log(np.maximum.reduce([np.roll(ratio, shift) for shift in (-1, 0, 1)]))
+    n = np.arange(1, used + 1)
+    scores = np.sum(np.interp(np.outer(tried, n), spectrum.hertz, wide), axis=1)
+    best = float(tried[int(np.argmax(scores))])
+    return _nearer(spectrum, best, used), steps + 1
+
+
+def _nearer(spectrum: Spectrum, fundamental: float, used: int) -> float:
+    """Return the fundamental from the centres of its lines, weighted by power and by the square of their number."""
+    above, below = 0.0, 0.0
+    for n in range(1, used + 1):
+        near = _bins(spectrum, n * fundamental, 0.5 * DRIFT)
+        over = np.maximum(spectrum.density[near] - 2.0 * spectrum.noise[near], 0.0) / spectrum.noise[near]
+        if near.size == 0 or not over.any() or _beside_mains(np.array([n * fundamental]), LOBE * spectrum.bin)[0]:
+            continue
+        centre, weight = float(np.average(spectrum.hertz[near], weights=over)), n * n * float(np.sum(over))
+        above, below = above + weight * centre / n, below + weight
+    return above / below if below > 0.0 else fundamental
+
+
+def lines_at(spectrum: Spectrum, fundamental: float, count: int, tried: int) -> list[Line]:
+    """Return the lines at 1 to `count` times `fundamental` (Hz); tried: fundamentals among which it was chosen."""
+    from scipy.stats import chi2
+
+    found, chance = [], ALARMS / (count * tried)
+    for n in range(1, count + 1):
+        frequency = n * fundamental
+        near = _bins(spectrum, frequency, DRIFT)
+        mains = bool(_beside_mains(np.array([frequency]), LOBE * spectrum.bin)[0])
+        noise = float(np.sum(spectrum.noise[near]))
+        power, freedom = float(np.sum(spectrum.density[near])), spectrum.freedom * max(1.0, near.size / 1.5)
+        most = float(chi2.isf(chance, freedom)) / freedom
+        own = max(power - noise, 0.0) * spectrum.bin  # mean square
+        beside = math.sqrt(noise / max(power, 1e-300) / freedom)
+        spread = noise * spectrum.bin * math.sqrt(2.0 / freedom) + 2.0 * own * beside
+        low, high = (math.sqrt(2.0 * max(own + sign * 1.96 * spread, 0.0)) for sign in (-1.0, 1.0))
+        claimed = power > most * noise and not mains and near.size > 0
+        found.append(Line(n, frequency, math.sqrt(2.0 * own), low, high, claimed, mains))
+    return found
+
+
+def _bins(spectrum: Spectrum, frequency: float, drift: float) -> Array:
+    """Return the indices of the bins of a line."""
+    reach = LOBE * spectrum.bin + min(drift * frequency, 0.3 * frequency)
+    return np.asarray(np.flatnonzero(np.abs(spectrum.hertz - frequency) <= reach + 1e-9))
+
+
+def _beside_mains(hertz: Array, near: float) -> Array:
+    """Return whether each frequency is within `near` (Hz) of a multiple of the mains."""
+    apart = [np.abs(hertz - base * np.maximum(np.round(hertz / base), 1.0)) for base in MAINS]
+    return np.asarray(np.minimum(*apart) <= near)

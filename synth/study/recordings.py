@@ -1,0 +1,98 @@
+"""Recordings of a laboratory: sound files with or without a scale, and tables with a column of samples.
+
+Stage   STUDY, used by `comparison`.
+Model   A file of ridgewave has its quantity and scale. Another WAV or FLAC has samples without a scale, unless one is
+        given. A table (CSV, Parquet) has the samples in a column, and a rate, or times in a column `t` or `time`.
+Limits  Times at equal steps; a step that is off by more than STEPS is refused.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.errors import CannotRender, Fault, InvalidRequest
+
+SOUNDS, TABLES = (".wav", ".flac"), (".csv", ".parquet")
+TIMES = ("t", "time", "t (s)", "time (s)", "time_s")
+STEPS = 0.05  # of the mean step
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """One channel. scaled: whether `values` are SI. quantity: "" where the file does not say."""
+
+    name: str
+    values: Array
+    rate: float
+    quantity: str
+    scaled: bool
+
+
+def read_recording(
+    path: Path, *, column: str | None = None, channel: int = 0, rate: float | None = None, scale: float | None = None
+) -> Recording:
+    """Return one channel of the file at `path`.
+
+    column: of a table; None: the only column beside the time. channel: of a sound.
+    rate: Hz, of a table without times. scale: SI value of 1.0 of a sound, or of 1 of a column.
+    Raises InvalidRequest for what is no such file or column, OSError, CannotRender without a library.
+    """
+    if path.suffix.lower() in SOUNDS:
+        return _sound(path, channel, scale)
+    if path.suffix.lower() in TABLES:
+        return _table(path, column, rate, scale)
+    allowed = f"a name that ends in {', '.join((*SOUNDS, *TABLES))}"
+    raise _refused("/recording", str(path), allowed, "Export the recording as WAV or CSV.")
+
+
+def _sound(path: Path, channel: int, scale: float | None) -> Recording:
+    from synth.encode.sound_files import load
+
+    sound = load(path)
+    if not 0 <= channel < len(sound.quantities):
+        allowed = f"0 to {len(sound.quantities) - 1}"
+        raise _refused("/channel", str(channel), allowed, "Write the number of a channel of the file.")
+    quantity = sound.quantities[channel]
+    known = quantity != "unscaled"
+    values = np.asarray(sound.values[:, channel], np.float64) * (1.0 if known or scale is None else scale)
+    return Recording(path.name, values, float(sound.sample_rate), quantity if known else "", known or scale is not None)
+
+
+def _table(path: Path, column: str | None, rate: float | None, scale: float | None) -> Recording:
+    try:
+        import pandas
+    except ModuleNotFoundError:
+        raise CannotRender("Tables need pandas: pip install 'ridgewave[study]'.") from None
+    try:
+        table: Any = pandas.read_parquet(path) if path.suffix.lower() == ".parquet" else pandas.read_csv(path)
+    except (ValueError, pandas.errors.ParserError) as error:
+        raise _refused("/recording", str(path), "a table with a header", "Is it complete?") from error
+    names = [str(name) for name in table.columns]
+    times = [name for name in names if name.strip().lower() in TIMES]
+    others = [name for name in names if name not in times]
+    chosen = column if column is not None else others[0] if len(others) == 1 else None
+    if chosen not in names:
+        raise _refused("/column", str(column), f"one of {', '.join(others)}", "Name the column of the samples.")
+    values = pandas.to_numeric(table[chosen], errors="coerce").to_numpy(np.float64)
+    if not np.all(np.isfinite(values)):
+        row = int(np.flatnonzero(~np.isfinite(values))[0])
+        raise _refused("/column", f"row {row + 1} of {chosen}", "a finite number in every row", "Fill or cut the gap.")
+    if rate is None:
+        if not times:
+            raise _refused("/rate", "none", "a rate, or a column t or time", "Write --rate 10000.")
+        clock = table[times[0]].to_numpy(np.float64)
+        steps = np.diff(clock)
+        mean = float(np.mean(steps)) if len(steps) else 0.0
+        if mean <= 0.0 or np.max(np.abs(steps - mean)) > STEPS * mean:
+            raise _refused("/recording", times[0], "times at equal steps", "Resample it, or write --rate.")
+        rate = 1.0 / mean
+    return Recording(path.name, values * (scale or 1.0), rate, "", scale is not None)
+
+
+def _refused(where: str, value: str, allowed: str, hint: str) -> InvalidRequest:
+    return InvalidRequest([Fault(where, value, allowed, hint)])

@@ -1,0 +1,62 @@
+"""Files of laboratories: tables with a rate or times, and sounds with or without a scale."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import soundfile
+
+import ridgewave as rw
+from synth.study.recordings import read_recording
+
+RATE = 4000
+VALUES = np.sin(np.arange(2000) / 7.0)
+
+
+def table(path: Path, **columns: Any) -> Path:
+    pandas = pytest.importorskip("pandas")
+    frame = pandas.DataFrame(columns)
+    if path.suffix == ".parquet":
+        frame.to_parquet(path)
+    else:
+        frame.to_csv(path, index=False)
+    return path
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_tables_and_sounds_are_read(tmp_path: Path) -> None:
+    times = np.arange(2000) / RATE
+    one = read_recording(table(tmp_path / "a.csv", time=times, az=VALUES))
+    assert one.rate == pytest.approx(RATE) and not one.scaled and one.values == pytest.approx(VALUES)
+    two = read_recording(table(tmp_path / "b.parquet", ax=VALUES, az=2.0 * VALUES), column="az", rate=RATE, scale=9.81)
+    assert two.scaled and two.values == pytest.approx(2.0 * 9.81 * VALUES)
+    for name, kind in (("c.wav", "FLOAT"), ("d.flac", "PCM_24")):
+        soundfile.write(tmp_path / name, 0.5 * VALUES, RATE, subtype=kind)
+        plain, scaled = (read_recording(tmp_path / name, scale=scale) for scale in (None, 20.0))
+        assert not plain.scaled and plain.quantity == "" and plain.values == pytest.approx(0.5 * VALUES, abs=1e-6)
+        assert scaled.scaled and scaled.values == pytest.approx(10.0 * VALUES, abs=1e-5)
+    own = rw.render({}, output={"duration": "0.1 s", "quantity": "velocity"}).save(tmp_path / "own.wav")
+    assert read_recording(Path(own)).quantity == "velocity" and read_recording(Path(own)).scaled
+
+
+def test_what_is_no_recording_is_refused(tmp_path: Path) -> None:
+    times = np.arange(2000) / RATE
+    gap = np.where(np.arange(2000) == 7, np.nan, VALUES)
+    (tmp_path / "e.txt").write_text("1 2 3")
+    cases: list[tuple[Path, dict[str, Any], str]] = [
+        (tmp_path / "e.txt", {}, "WAV or CSV"),
+        (table(tmp_path / "f.csv", ax=VALUES, az=VALUES), {"rate": RATE}, "ax, az"),
+        (tmp_path / "f.csv", {"rate": RATE, "column": "ay"}, "ax, az"),
+        (table(tmp_path / "g.csv", az=VALUES), {}, "--rate"),
+        (table(tmp_path / "h.csv", t=times**1.5, az=VALUES), {}, "equal steps"),
+        (table(tmp_path / "i.csv", t=times, az=gap), {}, "row 8"),
+    ]
+    for path, how, word in cases:
+        with pytest.raises(rw.InvalidRequest, match=word):
+            read_recording(path, **how)
+    soundfile.write(tmp_path / "j.wav", VALUES, RATE)
+    with pytest.raises(rw.InvalidRequest, match="channel"):
+        read_recording(tmp_path / "j.wav", channel=3)
