@@ -21,11 +21,15 @@ from synth.study.dataset import ENDINGS, checked_path, dataset_of, numbers_of, t
 from synth.study.running import foreseen, run
 from synth.study.spec import StudySpec, read_spec
 
-SPEC = {
+SPEC: dict[str, Any] = {
     "axes": {"texture.period": {"from": "0.3 mm", "to": "3 mm", "count": 12}, "scan.load": [0.1, 0.4]},
     "phases": 64, "lines": 4,
 }  # fmt: skip
-MANY = {"axes": {"texture.period": {"from": "0.3 mm", "to": "3 mm", "count": 2000}}, "phases": 256, "lines": 4}
+MANY: dict[str, Any] = {
+    "axes": {"texture.period": {"from": "0.3 mm", "to": "3 mm", "count": 2000}},
+    "phases": 256,
+    "lines": 4,
+}
 
 
 def study(document: dict[str, Any] = SPEC) -> StudySpec:
