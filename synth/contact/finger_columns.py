@@ -143,6 +143,34 @@ def finger_columns(surface: FingerSurface, levels: int, drop: float, coarser: fl
     return FingerColumns(float(x[0]), length / columns, top, drop, areas, ends, tops)
 
 
+def areas_above(surface: FingerSurface, x: Array, levels: Array) -> Array:
+    """Return A (m^2) at each of `x` (m, from the middle) above each of `levels` (m), [..., len(x)].
+
+    Between levels A is cubic, and between columns linear; outside the first and the last column it is 0.
+    """
+    columns = surface.columns(0.0, 1.0)
+    columns = surface.columns(columns.top - float(np.min(levels)), 1.0)
+    place = (x - columns.first) / columns.step
+    outside = (place < 0.0) | (place > len(columns.areas) - 1)
+    left = np.clip(np.floor(place).astype(np.intp), 0, len(columns.areas) - 2)
+    right = place - left
+    found = (1.0 - right) * _between_levels(columns, left, levels) + right * _between_levels(columns, left + 1, levels)
+    return np.where(outside, 0.0, found)
+
+
+def _between_levels(columns: FingerColumns, numbers: Any, levels: Array) -> Array:
+    """Return A of the columns `numbers` above `levels`: cubic by A and N, and linear below the last level."""
+    depth = np.maximum((columns.top - levels) / columns.drop, 0.0)
+    last = columns.areas.shape[1] - 1
+    whole = np.minimum(depth.astype(np.intp), last - 1)
+    t = np.minimum(depth - whole, 1.0)
+    (low, into), (high, out) = (np.moveaxis(columns.areas[numbers, one], -1, 0) for one in (whole, whole + 1))
+    rise = high - low
+    cubic = low + t * (into + t * (3.0 * rise - 2.0 * into - out + t * (into + out - 2.0 * rise)))
+    end = columns.ends[numbers]
+    return np.asarray(np.where(depth > last, end[:, 0] + (depth - last) * end[:, 1], cubic), np.float64)
+
+
 def sixths(t: Array) -> Array:
     """Return the weights of six samples at -2 to 3 of the polynomial of degree 5 through them at `t`: [len(t), 6]."""
     known = np.arange(-2, 4)

@@ -90,7 +90,7 @@ def _check(scene: Scene, groups: dict[str, float]) -> None:
         elif not isinstance(value, int | float) or not 0.0 < value < 1e12:
             hint = "Write a plain number such as 1.6: groups have no unit."
             faults.append(Fault(f"/groups/{name}", shown(value), "a number above 0", hint))
-    if scene.finger.kind != "comb" or scene.texture.kind != DEFAULT or scene.finger.ridge_amplitude == 0.0:
+    if not scene.finger.traits.straight or scene.texture.kind != DEFAULT or scene.finger.ridge_amplitude == 0.0:
         hint = 'Write finger.kind "comb" with ridges, and texture.kind "sinusoid".'
         told = f"a {scene.finger.kind} on a {scene.texture.kind}"
         faults.append(Fault("/groups", told, "ridges on a sinusoid, of which the groups are", hint))

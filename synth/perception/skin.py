@@ -63,17 +63,18 @@ def vibration_felt(series: Any, spacing: float, fundamental: float) -> list[Felt
     places = series.shape[1]
     count = 1 << (WINDOW * places - 1).bit_length()
     waves = np.asarray(2.0 * math.pi * np.fft.fftfreq(count, spacing), np.float64)
-    spectrum = np.fft.fft(series[1:], count, axis=1)
     pressed = np.abs(series[0]) > PRESSED * np.max(np.abs(series[0]), initial=0.0)
     hertz = np.asarray(fundamental * np.arange(1, len(series)), np.float64)
-    return [_vibration(one, spectrum, waves, pressed, hertz) for one in VIBRATION]
+    return [_vibration(one, series[1:], waves, pressed, hertz) for one in VIBRATION]
 
 
-def _vibration(receptor: Receptor, spectrum: Any, waves: Array, pressed: Array, hertz: Array) -> Felt:
+def _vibration(receptor: Receptor, series: Any, waves: Array, pressed: Array, hertz: Array) -> Felt:
     if not len(hertz) or not pressed.any() or hertz[0] == 0.0:
         return Felt(receptor.name, receptor.depth, 0.0, 0.0, None, 0.0)
-    strain = np.fft.ifft(spectrum * strain_gain(waves, receptor.depth), axis=1)[:, : len(pressed)][:, pressed]
-    sizes = 2.0 * np.sqrt(np.mean(np.abs(strain) ** 2, axis=1))
+    gain, sizes = strain_gain(waves, receptor.depth), np.zeros(len(hertz))
+    for n, one in enumerate(series):  # not all at once: the waves of one take 4 MB
+        strain = np.fft.ifft(np.fft.fft(one, len(waves)) * gain)[: len(pressed)][pressed]
+        sizes[n] = 2.0 * math.sqrt(float(np.mean(np.abs(strain) ** 2)))
     over = sizes / receptor.threshold(hertz)
     strongest = int(np.argmax(over))
     level = 20.0 * math.log10(float(over[strongest])) if over[strongest] > 0.0 else None

@@ -17,14 +17,11 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.finger_columns import FingerSurface
 from synth.contact.load_balance import Contact
 from synth.plan.contact_picture import Surfaces, surfaces_of
-from synth.response_cache import kept
 
 SAMPLES, MOST_SAMPLES = 64, 1 << 14  # per period of the shorter surface; over the contact
 PHASES = 64  # at which they are taken
-ROWS_A_RIDGE, COLUMNS_A_RIDGE = 16, 32  # of the surface of a fingertip
 
 
 def patches_and_gap(contact: Contact, turns: Array, heights: Array, load: float) -> tuple[float, float]:
@@ -38,8 +35,10 @@ def patches_and_gap(contact: Contact, turns: Array, heights: Array, load: float)
         return math.nan, math.nan
     if not contact.of_one_line:
         tip: Any = contact
-        x, top = _crests(tip.surface)
-        return math.nan, float(np.max(top + contact.geometry.texture(x - some * contact.geometry.texture_period) - z))
+        columns = tip.surface.columns(0.0, 1.0)
+        x = columns.first + columns.step * np.arange(len(columns.tops))
+        texture = contact.geometry.texture(x - some * contact.geometry.texture_period)
+        return math.nan, float(np.max(columns.tops + texture - z))
     surfaces = surfaces_of(contact, contact.geometry_at(load).contact_length)
     count = math.ceil(SAMPLES * surfaces.length / surfaces.shortest) + 1
     if count > MOST_SAMPLES:
@@ -58,12 +57,3 @@ def _of_cosines(surfaces: Surfaces, x: Array, turns: Array, z: Array) -> Array:
     turned = 2.0 * math.pi * turns
     texture = np.cos(turned) * np.cos(angles) + np.sin(turned) * np.sin(angles)
     return np.asarray(geometry.texture_amplitude * texture + (surfaces.finger(x) - z))
-
-
-@kept
-def _crests(surface: FingerSurface) -> tuple[Array, Array]:
-    """Return places along a fingertip (m from its middle) and its largest height across the scan there (m)."""
-    (length, width), ridge = surface.footprint.reach, surface.field.period
-    x = np.linspace(-0.5 * length, 0.5 * length, math.ceil(COLUMNS_A_RIDGE * length / ridge))
-    y = np.linspace(-0.5 * width, 0.5 * width, math.ceil(ROWS_A_RIDGE * width / ridge))
-    return x, np.asarray(np.max(surface.heights(x, y), axis=1))

@@ -1,11 +1,11 @@
-"""Print the tables of docs/fidelity.md: `python -m tests.fidelity [facts | halfspace | levels | prints | steps]`."""
+"""Print a table of docs/fidelity.md: `python -m tests.fidelity [facts, halfspace, levels, prints, skin or steps]`."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator
 
-from tests.fidelity import half_space, levels, prints
+from tests.fidelity import half_space, levels, prints, skin
 from tests.fidelity.facts import FACTS, FINGERS
 
 
@@ -26,6 +26,7 @@ TABLES = {
     "halfspace": half_space.table,
     "levels": levels.table,
     "prints": prints.table,
+    "skin": skin.table,
     "steps": prints.steps,
 }
 

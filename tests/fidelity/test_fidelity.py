@@ -8,6 +8,7 @@ import pytest
 
 from tests.fidelity import levels, prints
 from tests.fidelity.facts import FACTS, FINGERS, Fact
+from tests.fidelity.skin import SKIN_FACTS, table
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "fidelity.md").read_text(encoding="utf-8")
 
@@ -25,6 +26,21 @@ def test_the_model_agrees_with_a_fact_where_the_page_says_so(fact: Fact, name: s
 
 def test_the_levels_of_the_page_are_what_the_command_prints() -> None:
     for row in levels.table():
+        assert row in PAGE
+
+
+@pytest.mark.parametrize("name", FINGERS)
+@pytest.mark.parametrize("fact", SKIN_FACTS[1:4], ids=lambda fact: fact.name)
+def test_the_skin_feels_what_the_page_says(fact: Fact, name: str) -> None:
+    told, agrees = fact.answer(name)
+    (row,) = [line for line in PAGE.splitlines() if line.startswith(f"| {fact.name} | {fact.source} |")]
+    assert agrees == (name in fact.agrees), told
+    assert f"{told}: **{'pass' if agrees else 'fail'}**" in row
+
+
+@pytest.mark.thorough
+def test_what_the_skin_feels_is_what_the_command_prints() -> None:
+    for row in table():
         assert row in PAGE
 
 

