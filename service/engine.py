@@ -210,6 +210,9 @@ class Engine(Protocol):
     def explain(self, scene: Scene) -> dict[str, Any]:
         """Return the plan as the JSON document of `/v1/explain`."""
 
+    def analyze(self, scene: Scene) -> dict[str, Any]:
+        """Return what is felt of a steady scene as the JSON document of `/v1/analyze`."""
+
     def picture(self, scene: Scene, points: int | None, phases: int | None) -> dict[str, Any]:
         """Return the JSON document of `/v1/picture`. None stands for the default number of points or phases."""
 
@@ -320,6 +323,12 @@ class SynthEngine:
         from synth import explain
 
         return explain(scene, cache=self._cache).document()
+
+    def analyze(self, scene: Scene) -> dict[str, Any]:
+        """See `Engine`."""
+        from synth.study.skin_outcome import skin_felt
+
+        return skin_felt(scene)
 
     def picture(self, scene: Scene, points: int | None, phases: int | None) -> dict[str, Any]:
         """See `Engine`."""

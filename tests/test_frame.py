@@ -69,23 +69,26 @@ def test_what_is_imported_is_required() -> None:
     """Runtime code imports the standard library, the three packages, and what pyproject.toml requires.
 
     What draws a figure also imports what the extra `plots` requires. The reader of instruments' files imports what the
-    extra `surfaces` requires, and the view of a sound as a labelled array what the extra `xarray` requires.
+    extra `surfaces` requires, the view of a sound as a labelled array what the extra `xarray` requires, and a
+    study what the extra `study` requires.
     """
     from tests.test_layers import ROOMS, imports_of, sources
 
-    drawing = {ROOT / "clients" / "accuracy_report" / "figure.py", ROOT / "synth" / "encode" / "sound.py"}
+    figures = ("clients/accuracy_report/figure.py", "clients/compare_figure.py", "synth/encode/sound.py")
+    drawing = {ROOT / name for name in figures}
     reading = {ROOT / "synth" / "surfaces" / "readers" / "topography_package.py"}
     extras = PROJECT["optional-dependencies"]
     labelling = {ROOT / "synth" / "encode" / "sound_views.py"}
-    plots, surfaces, xarray = (
-        {requirement_name(each) for each in extras[name]} for name in ("plots", "surfaces", "xarray")
+    studying = {ROOT / "ridgewave" / "studies.py", *(ROOT / "synth" / "study").glob("*.py")}
+    plots, surfaces, xarray, study = (
+        {requirement_name(each) for each in extras[name]} for name in ("plots", "surfaces", "xarray", "study")
     )
     # in what fastapi, pydantic, pillow and the like bring
     other_names = {"starlette", "pydantic-core", "pythonjsonlogger", "pil"}
     required = {requirement_name(each) for each in PROJECT["dependencies"]} | other_names
     for path in (path for room in ROOMS for path in sources(room)):
         allowed = required | (plots if path in drawing else set()) | (surfaces if path in reading else set())
-        allowed |= xarray if path in labelling else set()
+        allowed |= (xarray if path in labelling else set()) | (study if path in studying else set())
         imported = {name.split(".")[0] for name, _ in imports_of(path)}
         strays = {name for name in imported - sys.stdlib_module_names - set(ROOMS) if canonical(name) not in allowed}
         assert not strays, f"{path.relative_to(ROOT)}: not required in pyproject.toml: {strays}"

@@ -56,6 +56,10 @@ class AsyncClient:
         """As `Client.explain`."""
         return await self.carry(calls.explain(scene))
 
+    async def analyze(self, scene: Any = None) -> Document:
+        """As `Client.analyze`."""
+        return await self.carry(calls.analyze(scene))
+
     async def accuracy(self, scene: Any = None, quantity: str | None = None, *, live: bool = False) -> Document:
         """As `Client.accuracy`."""
         return await self.carry(calls.accuracy(scene, quantity, live))

@@ -119,6 +119,11 @@ def explain(scene: Any) -> Call[Document]:
     return Call("POST", "/v1/explain", _object, scene_to_send(scene))
 
 
+def analyze(scene: Any) -> Call[Document]:
+    """Return the call that tells what is felt of a scene."""
+    return Call("POST", "/v1/analyze", _object, scene_to_send(scene))
+
+
 def accuracy(scene: Any, quantity: str | None, live: bool) -> Call[Document]:
     """Return the call that measures what accuracy costs."""
     query = {} if quantity is None else {"quantity": quantity}

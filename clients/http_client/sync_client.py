@@ -64,6 +64,10 @@ class Client:
         """Return the plan of a scene: what is simulated, why, with which error and cost."""
         return self.carry(calls.explain(scene))
 
+    def analyze(self, scene: Any = None) -> Document:
+        """Return what is felt of a steady scene, by the whole finger and by the receptors of its skin."""
+        return self.carry(calls.analyze(scene))
+
     def accuracy(self, scene: Any = None, quantity: str | None = None, *, live: bool = False) -> Document:
         """Return the error and the cost of every method for a scene. Takes up to a minute."""
         return self.carry(calls.accuracy(scene, quantity, live))

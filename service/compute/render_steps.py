@@ -1,4 +1,4 @@
-"""Computes a render, an explanation or a picture: one order in, messages out. Runs in a process (`render_process`).
+"""Computes a render, a plan, an analysis or a picture: one order in, messages out. Runs in `render_process`.
 
 Model: `work` is a generator, so that it can be stopped between two steps, and wait between its price and its sound.
     The price of a render is its predicted processor time. It is measured from the first two pieces, which are part of
@@ -52,7 +52,7 @@ CHEAP_SECONDS = 0.5  # of processor time; work below this sends no price
 class Order:
     """What to compute.
 
-    kind: render, explain or picture.
+    kind: render, explain, analyze or picture.
     wanted, accept: of a render, the format in the query and the Accept header.
     max_duration: longest sound, in seconds.
     owner: of the imported textures that the scene may name.
@@ -151,6 +151,8 @@ def work(engine: Engine, order: Order, body: bytes, store: Store) -> Iterator[Me
         yield from _rendered(engine, order, lambda: scene_of(object_from_text(body)))
     elif order.kind == "explain":
         yield from _document(engine.explain(scene_of(object_from_text(body))))
+    elif order.kind == "analyze":
+        yield from _document(engine.analyze(scene_of(object_from_text(body))))
     else:
         scene, points, phases, area = read_picture(body, scene_of)
         with _scene_in_body():

@@ -101,6 +101,25 @@ _PLAN = _object(
         "warnings": _TEXTS,
     }
 )
+_RECEPTOR = _object(
+    {
+        "receptor": _TEXT | {"enum": ["SA1", "RA", "PC"]},
+        "depth": _NUMBER | {"description": "m."},
+        "strain": _NUMBER | {"description": "rms at the depth; of SA1 the amplitude of the strongest wave."},
+        "power": _NUMBER | {"description": "Sum of (amplitude / threshold)^2."},
+        "level": _LEVEL | {"description": "Strongest line over its threshold, dB; null where nothing moves."},
+        "frequency": _NUMBER | {"description": "Of this line, Hz; of SA1 its wavelength, m."},
+    }
+)
+_ANALYSIS = _object(
+    {
+        "whole_finger_level": _LEVEL | {"description": "Strongest line of the whole finger over its threshold, dB."},
+        "receptors": _list_of(_RECEPTOR),
+        "pacinian_power": _NUMBER,
+        "intensity": _NUMBER | {"description": "Of the vibration, in thresholds."},
+        "felt_by": _TEXT | {"enum": ["vibration and spatial pattern", "vibration", "spatial pattern", "nothing"]},
+    }
+)
 _PLAY = _object(
     {
         "device": _TEXT,
@@ -220,6 +239,7 @@ def components() -> dict[str, Schema]:
     found["Texture"]["properties"]["kind"]["anyOf"].append(STORED_NAME)
     return found | {
         "AccuracyTable": _ACCURACY,
+        "Analysis": _ANALYSIS,
         "ImportReport": _REPORT,
         "ImportedTexture": _IMPORTED,
         "NamedTexture": _NAMED_TEXTURE,

@@ -158,6 +158,8 @@ def _of_documents(peer: Peer) -> Iterator[Kind]:
 def _of_scenes(peer: Peer) -> Iterator[Kind]:
     yield _plain(peer, "POST /v1/render", "/v1/render", peer.scene)
     yield _plain(peer, "POST /v1/explain", "/v1/explain", peer.scene)
+    fine = {"texture": {"period": "2.5 um", "amplitude": "0.1 um"}}
+    yield _plain(peer, "POST /v1/analyze", "/v1/analyze", text(fine))
     dots: dict[str, Any] = {"texture": {"kind": "connor-dots-3200um"}}
     drawn = text({"scene": dots, "points": 8192, "phases": 1024, "area": 256})
     yield _plain(peer, "POST /v1/picture", "/v1/picture", drawn)

@@ -161,6 +161,16 @@ class PlainEngine:
         nothing: dict[str, Any] = {"response": {}, "estimated_error": {}, "cost": None, "warnings": []}
         return {"scene": scene_document(scene), "simulated": [], "left_out": []} | nothing
 
+    def analyze(self, scene: Scene) -> dict[str, Any]:
+        self._about_to("analyze")
+        return {
+            "whole_finger_level": None,
+            "receptors": [],
+            "pacinian_power": 0.0,
+            "intensity": 0.0,
+            "felt_by": "nothing",
+        }
+
     def picture(self, scene: Scene, points: int | None, phases: int | None) -> dict[str, Any]:
         self._about_to("picture")
         return {

@@ -16,7 +16,7 @@ from tests.service.harness import ask, problem, settings_of
 from tests.service.plain_engine import PlainEngine
 
 JSON = {"Content-Type": "application/json"}
-WRITES = ["/v1/render", "/v1/explain", "/v1/sessions"]
+WRITES = ["/v1/render", "/v1/explain", "/v1/analyze", "/v1/sessions"]
 
 TEXTS = [
     b"",

@@ -56,6 +56,7 @@ THOROUGH = 4
 REAL = (
     "POST /v1/render",
     "POST /v1/explain",
+    "POST /v1/analyze",
     "POST /v1/picture",
     "POST /v1/sessions",
     "POST /v1/tables",

@@ -62,7 +62,8 @@ def test_every_reference_has_a_target(document: dict[str, Any]) -> None:
 
 def test_bodies_are_scenes(document: dict[str, Any]) -> None:
     calls = operations(document)
-    for name in ("POST /v1/render", "POST /v1/explain", "POST /v1/accuracy", "POST /v1/sessions", "POST /v1/tables"):
+    names = ("render", "explain", "analyze", "accuracy", "sessions", "tables")
+    for name in (f"POST /v1/{one}" for one in names):
         schema = calls[name]["requestBody"]["content"]["application/json"]["schema"]
         assert schema == {"$ref": "#/components/schemas/Scene"}
     assert "texture" in document["components"]["schemas"]["Scene"]["properties"]

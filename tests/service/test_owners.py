@@ -125,6 +125,7 @@ def test_the_keys_of_an_owner_have_its_limits_together(opened: Opened) -> None:
 CALLS = {
     "render": ("POST", "/v1/render"),
     "explain": ("POST", "/v1/explain"),
+    "analyze": ("POST", "/v1/analyze"),
     "accuracy": ("POST", "/v1/accuracy"),
     "picture": ("POST", "/v1/picture"),
     "table": ("POST", "/v1/tables"),

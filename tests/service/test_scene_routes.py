@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from fastapi import FastAPI
 
+import ridgewave as rw
 from service.app import create_app
 from service.engine import SynthEngine
 from service.http.routes.scene import BODY, ThresholdParameters
@@ -44,6 +45,18 @@ def test_a_picture_comes_from_the_solver() -> None:
     assert len(made["response"]["heights"]) == len(made["touching"]) == 8
     assert made["left_out"] == ["inertia"]
     assert all(edges and len(edges) % 2 == 0 for edges in made["touching"])
+
+
+def test_an_analysis_is_that_of_the_command_and_refuses_what_is_not_steady() -> None:
+    app = create_app(settings_of(), SynthEngine(0))
+    scene = {"texture": {"period": "0.4 mm"}, "scan": {"load": 0.4}}
+    assert ask(app, "POST", "/v1/analyze", json=scene).json() == rw.analyze(scene)
+    changes: list[dict[str, Any]] = [
+        {"texture": {"kind": "dots"}}, {"texture": {"period": "1 um"}}, {"effects": {"inertia": {}}},
+    ]  # fmt: skip
+    for change in changes:
+        document = problem(ask(app, "POST", "/v1/analyze", json=change), 422, "scene-refused")
+        assert document["errors"][0]["hint"]
 
 
 def test_a_picture_has_the_heights_over_an_area() -> None:

@@ -1,4 +1,4 @@
-"""`POST /v1/render`: the sound of a scene; `POST /v1/explain`: its plan."""
+"""`POST /v1/render`: the sound of a scene; `POST /v1/explain`: its plan; `POST /v1/analyze`: what is felt of it."""
 
 from __future__ import annotations
 
@@ -55,3 +55,18 @@ async def explain(request: Request) -> Response:
     service = service_of(request)
     text = await read_body(request)
     return await service.renders.answer(Order("explain"), text, request)
+
+
+@router.post(
+    "/v1/analyze",
+    operation_id="analyze",
+    summary="Tell what is felt of a scene",
+    response_class=JSONResponse,
+    responses=openapi.answer_of("Analysis", "What is felt.") | openapi.problem_answers(*READS),
+    openapi_extra=openapi.body(openapi.SCENE),
+)
+async def analyze(request: Request) -> Response:
+    """What the whole finger and each class of receptors feel of a steady scan on a texture along a line."""
+    service = service_of(request)
+    text = await read_body(request)
+    return await service.renders.answer(Order("analyze"), text, request)

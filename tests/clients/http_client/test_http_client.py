@@ -119,6 +119,7 @@ def test_a_texture_is_imported_used_and_deleted(client: Client, tmp_path: Path) 
 def test_every_other_call_is_there(client: Client) -> None:
     assert client.healthz()
     assert client.explain({})["simulated"] == []
+    assert client.analyze({})["felt_by"] == "nothing"  # so the plain engine says
     assert client.accuracy({}, quantity="acceleration")["methods"]
     assert client.accuracy({}, live=True)["methods"]
     names = [entry["name"] for entry in client.textures()]

@@ -124,8 +124,8 @@ def test_a_file_along_a_path_tells_the_error_of_its_cells(
 @pytest.mark.parametrize("kind", MOST)
 @pytest.mark.parametrize("seed", [2, *(thorough(seed) for seed in (0, 1, 3, 4, 5, 6, 7, 20))])
 def test_a_stream_along_a_line_tells_the_error_of_its_cells(kind: str, seed: int) -> None:
-    """Its cells are those of a hand, which are larger than those of a file at its tolerance."""
-    assert min(told_and_found(random_scene(kind, seed)[0], paced=True)) >= 0.2
+    """Its cells are those of a hand; cells twice as large tell 1.1 to 12 times their error."""
+    assert min(told_and_found(random_scene(kind, seed)[0], paced=True)) >= 0.05
 
 
 @pytest.mark.parametrize("paced", [False, True])
