@@ -1,9 +1,11 @@
 """Run the chunks of a study: in this process, in processes of this machine, or on a Dask cluster.
 
 Stage   STUDY.
-Model   Every task solves one whole chunk and returns its numbers; this process writes them. A worker that dies takes
-        its chunk with it: the chunk is solved again, up to TRIES times. What is finished stays in the folder of parts,
-        also after an interrupt, so the same study goes on where it ended.
+Model   Every task solves one whole chunk. A process of this machine writes it, too: an answer of a few bytes goes
+        through its pipe at once, so that one who dies does not leave half an answer, for which others would wait. A
+        worker of a cluster returns its numbers, and this process writes them. A worker that dies takes its chunk with
+        it: the chunk is solved again, up to TRIES times. What is finished stays in the folder of parts, also after an
+        interrupt, so the same study goes on where it ended.
 Limits  A short study runs in this process, since another takes a second to start.
 """
 
@@ -21,7 +23,7 @@ from time import perf_counter
 from typing import Any
 
 from synth.errors import CannotRender
-from synth.study.chunks import Chunk, Numbers, chunks_of, read, solved, write
+from synth.study.chunks import Chunk, chunks_of, read, solved, write
 from synth.study.spec import StudySpec
 
 TRIES = 3
@@ -51,16 +53,21 @@ def run(
         progress(done, spec.count)
     several = min(workers or os.cpu_count() or 1, len(todo))
     if scheduler is not None:
-        found = _on_cluster(todo, scheduler)
+        finished = _on_cluster(todo, folder, scheduler)
     elif several > 1:
-        found = _in_processes(todo, several)
+        finished = _in_processes(todo, folder, several)
     else:
-        found = ((chunk, solved(chunk)) for chunk in todo)
-    for chunk, numbers in found:
-        write(chunk, numbers, folder)
-        done += len(chunk.values)
+        finished = (finish(chunk, folder) for chunk in todo)
+    for scenes in finished:
+        done += scenes
         if progress is not None:
             progress(done, spec.count)
+
+
+def finish(chunk: Chunk, folder: Path) -> int:
+    """Solve a chunk, keep it in `folder`, and return its number of scenes."""
+    write(chunk, solved(chunk), folder)
+    return len(chunk.values)
 
 
 def foreseen(spec: StudySpec, workers: int | None = None) -> float:
@@ -75,8 +82,8 @@ def foreseen(spec: StudySpec, workers: int | None = None) -> float:
     return seconds / several + (START if several > 1 else 0.0)
 
 
-def _in_processes(todo: list[Chunk], workers: int) -> Iterator[tuple[Chunk, Numbers]]:
-    """Yield chunks as processes finish them. Those of a process that died are solved again."""
+def _in_processes(todo: list[Chunk], folder: Path, workers: int) -> Iterator[int]:
+    """Yield the scenes of each chunk that a process has finished. Chunks of a process that died are solved again."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     left, tried = {chunk.first: chunk for chunk in todo}, dict.fromkeys((chunk.first for chunk in todo), 0)
     while left:
@@ -88,14 +95,14 @@ def _in_processes(todo: list[Chunk], workers: int) -> Iterator[tuple[Chunk, Numb
                     while left:
                         for chunk in coming:
                             tried[chunk.first] += 1
-                            waiting[pool.submit(solved, chunk)] = chunk
+                            waiting[pool.submit(finish, chunk, folder)] = chunk
                             if len(waiting) >= AHEAD * workers:
                                 break
                         for future in wait(waiting, return_when="FIRST_COMPLETED").done:
                             chunk = waiting.pop(future)
-                            numbers = future.result()
+                            scenes = future.result()
                             del left[chunk.first]
-                            yield chunk, numbers
+                            yield scenes
                 except BaseException:
                     pool.shutdown(wait=False, cancel_futures=True)
                     raise
@@ -106,8 +113,8 @@ def _in_processes(todo: list[Chunk], workers: int) -> Iterator[tuple[Chunk, Numb
                 raise CannotRender(f"{reason} Give it more memory, or fewer workers.") from None
 
 
-def _on_cluster(todo: list[Chunk], address: str) -> Iterator[tuple[Chunk, Numbers]]:
-    """Yield chunks as the workers of a Dask cluster finish them."""
+def _on_cluster(todo: list[Chunk], folder: Path, address: str) -> Iterator[int]:
+    """Yield the scenes of each chunk that a worker of a Dask cluster has solved, and that is kept in `folder`."""
     try:
         distributed: Any = import_module("distributed")
     except ModuleNotFoundError:
@@ -125,5 +132,6 @@ def _on_cluster(todo: list[Chunk], address: str) -> Iterator[tuple[Chunk, Number
             except Exception as error:
                 reason = f"A worker of the cluster could not solve a chunk ({type(error).__name__}). Others are kept."
                 raise CannotRender(reason) from error
-            yield by_key[future.key], numbers
+            write(by_key[future.key], numbers, folder)
+            yield len(by_key[future.key].values)
             future.release()
