@@ -39,7 +39,8 @@ def sweep(
     scene: as `parse_scene`; the axes change it.
     axes: values of fields ("texture.period", "scan.load") or of groups ("groups.period_ratio"): lists, arrays, or
         ranges {"from": "0.1 mm", "to": "10 mm", "count": 50, "spacing": "log"}.
-    sample: None for every combination, or {"kind": "latin_hypercube" or "sobol", "count": n, "seed": 0}.
+    sample: None for every combination; {"kind": "latin_hypercube" or "sobol", "count": n, "seed": 0}; or
+        {"kind": "points"}: scene n has the nth value of every axis.
     phases: solutions per period, a power of two; the error that they leave is in the dataset.
     lines: recorded lines of the spectrum.
     skin: whether what the receptors of the skin feel is recorded, too.
@@ -65,20 +66,40 @@ def sweep(
         return dataset_of(spec, numbers_of(spec, folder))
 
 
-def analyze(scene: SceneSource, **fields: Any) -> dict[str, Any]:
-    """Return what is felt of a steady scene: by the whole finger, and by the skin under its ridges (docs/study.md).
+def analyze(
+    source: SceneSource | Sound | npt.NDArray[Any],
+    *,
+    quantity: str | None = None,
+    rate: float | None = None,
+    scale: float | None = None,
+    column: str | None = None,
+    channel: int = 0,
+    **fields: Any,
+) -> dict[str, Any]:
+    """Return what is felt of a steady scene, by the whole finger and by the skin under its ridges, or of a vibration.
 
-    scene, fields: as `parse_scene`.
+    source, fields: a scene, as `parse_scene`; or a vibration, as a recording of `compare` (docs/study.md).
+    quantity, rate, scale, column, channel: of a vibration, as of `compare`; its scale must be known.
     The result has `whole_finger_level` (dB over the detection threshold, None where nothing moves), `receptors` (SA1,
     RA, PC: depth in m, strain, power, level in dB, and frequency in Hz, of SA1 the wavelength in m), `pacinian_power`,
     `intensity` (in thresholds) and `felt_by`.
-    Raises SceneError for a scan that is not steady, a texture over an area, and effects that are simulated.
+    Of a vibration there is no SA1.
+    Raises SceneError for a scan that is not steady, a texture over an area, and effects that are simulated;
+    InvalidRequest for a vibration that cannot be read, or whose scale or quantity is unknown.
 
     Example: rw.analyze("grating-1mm-31um", finger={"kind": "fingertip"})["felt_by"]
     """
-    from synth.study.skin_outcome import skin_felt
+    import numpy as np
 
-    return skin_felt(parse_scene(scene, **fields))
+    from synth.encode.sound import Sound
+    from synth.study.recordings import is_recording, recording_of
+    from synth.study.skin_outcome import skin_felt
+    from synth.study.sound_outcome import sound_felt
+
+    if isinstance(source, Sound | np.ndarray) or (isinstance(source, str | os.PathLike) and is_recording(source)):
+        known = recording_of(source, "sound", column=column, channel=channel, rate=rate, scale=scale)
+        return sound_felt(known, quantity)
+    return skin_felt(parse_scene(source, **fields))
 
 
 def compare(
@@ -103,24 +124,13 @@ def compare(
 
     Example: rw.compare({}, rw.render({}, output={"duration": "1 s"}))[0].speed
     """
-    import numpy as np
-
-    from synth.encode.sound import Sound
-    from synth.errors import Fault, InvalidRequest
     from synth.study.comparison import compared
-    from synth.study.recordings import Recording, read_recording
+    from synth.study.recordings import recording_of
 
     checked, found = parse_scene(scene), []
     for number, one in enumerate(recordings):
-        if isinstance(one, str | os.PathLike):
-            known = read_recording(Path(one), column=column, channel=channel, rate=rate, scale=scale)
-        elif isinstance(one, Sound):
-            values = np.asarray(one.values[:, channel], np.float64)
-            known = Recording(f"sound {number + 1}", values, float(one.sample_rate), one.quantities[channel], True)
-        else:
-            if rate is None:
-                raise InvalidRequest([Fault("/rate", "none", "the rate of an array, Hz", "Write rate=10000.")])
-            known = Recording(f"array {number + 1}", np.asarray(one, np.float64) * (scale or 1.0), rate, "", True)
+        name = f"recording {number + 1}"
+        known = recording_of(one, name, column=column, channel=channel, rate=rate, scale=scale)
         said = quantity or known.quantity
         found.append(compared(checked, known.values, known.rate, said, known.name, scaled=known.scaled))
     return found

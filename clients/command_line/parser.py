@@ -64,6 +64,7 @@ EXAMPLES = {
     "analyze": (
         ("analyze grating-1mm-31um --everyday", "by vibration, by its spatial pattern, or not at all"),
         ("analyze scene.json --set scan.speed=40mm/s --json", "for a program"),
+        ("analyze scan.wav --quantity acceleration --scale 98.1", "of a recording whose full scale is 10 g"),
     ),
     "compare": (
         ("compare scene.json scan1.wav scan2.csv --quantity acceleration", "measurements beside the model"),
@@ -387,11 +388,13 @@ def _add_analyze(commands: Any) -> None:
     parser = _add_command(
         commands,
         "analyze",
-        "tell what is felt of a scene",
+        "tell what is felt of a scene or a recording",
         "Tell what is felt of a steady scene: the motion of the whole finger, the vibration of the skin under its "
-        "ridges, and the spatial pattern, each over its threshold (docs/study.md).",
+        "ridges, and the spatial pattern, each over its threshold. SCENE may be a recorded vibration, too: a WAV, "
+        "FLAC, CSV or Parquet file with a known scale (docs/study.md).",
     )
     _add_scene(parser)
+    _add_recording(parser)
 
 
 def _add_compare(commands: Any) -> None:
@@ -404,12 +407,17 @@ def _add_compare(commands: Any) -> None:
     )
     _add_scene(parser)
     parser.add_argument("recordings", metavar="RECORDING", nargs="+", help="WAV, FLAC, CSV or Parquet files")
-    parser.add_argument("--quantity", metavar="NAME", help="displacement, velocity or acceleration")
+    _add_recording(parser)
+    parser.add_argument("-o", "--output", metavar="FIGURE", help="a figure that ends in .svg, .png or .pdf")
+
+
+def _add_recording(parser: argparse.ArgumentParser) -> None:
+    """Add what tells how a recording is read."""
+    parser.add_argument("--quantity", metavar="NAME", help="of a recording: displacement, velocity or acceleration")
     parser.add_argument("--column", metavar="NAME", help="of a table: the column of the samples")
     parser.add_argument("--channel", type=int, default=0, metavar="N", help="of a sound: the channel, from 0")
     parser.add_argument("--rate", type=float, metavar="HZ", help="of a table without times: samples per second")
-    parser.add_argument("--scale", type=float, metavar="SI", help="SI value of a sample of 1")
-    parser.add_argument("-o", "--output", metavar="FIGURE", help="a figure that ends in .svg, .png or .pdf")
+    parser.add_argument("--scale", type=float, metavar="SI", help="of a recording: SI value of a sample of 1")
 
 
 def _add_completion(commands: Any) -> None:

@@ -1,19 +1,19 @@
-"""`ridgewave analyze SCENE`: what is felt of a steady scene, by the whole finger and by the receptors of its skin."""
+"""`ridgewave analyze SCENE`: what is felt of a steady scene, or of a recording, by the receptors of the skin."""
 
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
+from typing import Any
 
 from clients.command_line.exit_codes import DONE
 from clients.command_line.printing import print_json, print_table
-from clients.command_line.scene_argument import read_scene
+from clients.command_line.scene_argument import check_unchanged, read_scene
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Carry out the command; raises InvalidRequest, CannotRender, OSError."""
-    from synth.study.skin_outcome import skin_felt
-
-    felt = skin_felt(read_scene(arguments))
+    felt = _felt(arguments)
     if arguments.json:
         print_json(felt)
         return DONE
@@ -31,3 +31,18 @@ def run(arguments: argparse.Namespace) -> int:
     ]
     print_table("", ("felt", "value"), told)
     return DONE
+
+
+def _felt(arguments: argparse.Namespace) -> dict[str, Any]:
+    from synth.study.recordings import is_recording, read_recording
+    from synth.study.skin_outcome import skin_felt
+    from synth.study.sound_outcome import sound_felt
+
+    if not is_recording(arguments.scene):
+        return skin_felt(read_scene(arguments))
+    check_unchanged(arguments, "a recording")
+    known = read_recording(
+        Path(arguments.scene), column=arguments.column, channel=arguments.channel, rate=arguments.rate,
+        scale=arguments.scale,
+    )  # fmt: skip
+    return sound_felt(known, arguments.quantity)

@@ -1,6 +1,6 @@
 """Recordings of a laboratory: sound files with or without a scale, and tables with a column of samples.
 
-Stage   STUDY, used by `comparison`.
+Stage   STUDY, used by `comparison` and `sound_outcome`.
 Model   A file of ridgewave has its quantity and scale. Another WAV or FLAC has samples without a scale, unless one is
         given. A table (CSV, Parquet) has the samples in a column, and a rate, or times in a column `t` or `time`.
 Limits  Times at equal steps; a step that is off by more than STEPS is refused.
@@ -8,14 +8,20 @@ Limits  Times at equal steps; a step that is off by more than STEPS is refused.
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.errors import CannotRender, Fault, InvalidRequest
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from synth.encode.sound import Sound
 
 SOUNDS, TABLES = (".wav", ".flac"), (".csv", ".parquet")
 TIMES = ("t", "time", "t (s)", "time (s)", "time_s")
@@ -31,6 +37,35 @@ class Recording:
     rate: float
     quantity: str
     scaled: bool
+
+
+def is_recording(source: str | os.PathLike[str]) -> bool:
+    """Return whether the name of a file is that of a recording."""
+    return Path(source).suffix.lower() in (*SOUNDS, *TABLES)
+
+
+def recording_of(
+    source: str | os.PathLike[str] | Sound | npt.ArrayLike,
+    name: str,
+    *,
+    column: str | None = None,
+    channel: int = 0,
+    rate: float | None = None,
+    scale: float | None = None,
+) -> Recording:
+    """Return one channel of a file, of a sound, or of an array. name: of a sound or an array; others: `read_recording`.
+
+    Raises as `read_recording` does, and InvalidRequest for an array without a rate.
+    """
+    from synth.encode.sound import Sound
+
+    if isinstance(source, str | os.PathLike):
+        return read_recording(Path(source), column=column, channel=channel, rate=rate, scale=scale)
+    if isinstance(source, Sound):
+        return _of_sound(source, name, channel, scale)
+    if rate is None:
+        raise _refused("/rate", "none", "the rate of an array, Hz", "Write rate=10000.")
+    return Recording(name, np.asarray(source, np.float64) * (scale or 1.0), rate, "", True)
 
 
 def read_recording(
@@ -53,14 +88,17 @@ def read_recording(
 def _sound(path: Path, channel: int, scale: float | None) -> Recording:
     from synth.encode.sound_files import load
 
-    sound = load(path)
+    return _of_sound(load(path), path.name, channel, scale)
+
+
+def _of_sound(sound: Sound, name: str, channel: int, scale: float | None) -> Recording:
     if not 0 <= channel < len(sound.quantities):
         allowed = f"0 to {len(sound.quantities) - 1}"
         raise _refused("/channel", str(channel), allowed, "Write the number of a channel of the file.")
     quantity = sound.quantities[channel]
     known = quantity != "unscaled"
     values = np.asarray(sound.values[:, channel], np.float64) * (1.0 if known or scale is None else scale)
-    return Recording(path.name, values, float(sound.sample_rate), quantity if known else "", known or scale is not None)
+    return Recording(name, values, float(sound.sample_rate), quantity if known else "", known or scale is not None)
 
 
 def _table(path: Path, column: str | None, rate: float | None, scale: float | None) -> Recording:
