@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -37,14 +38,19 @@ def test_analyze_tells_by_what_a_texture_is_felt(ridgewave: RunsRidgewave) -> No
     assert refused.returncode == 2 and b"does not vary across" in refused.stderr
 
 
-def test_the_figure_is_the_same_when_it_is_drawn_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from docs.figures import duplex
-
-    monkeypatch.setattr(duplex, "PERIODS", np.array([2e-4, 1e-3, 4e-3]))
-    monkeypatch.setattr(duplex, "SPEEDS", np.array([0.02, 0.08]))
+@pytest.mark.parametrize("name", ["duplex", "period_ratio", "sensitivity"])
+def test_a_figure_is_the_same_when_it_is_drawn_again(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("xarray")
+    module = import_module(f"docs.figures.{name}")
+    small = {"PERIODS": np.array([2e-4, 1e-3, 4e-3]), "SPEEDS": np.array([0.02, 0.08]), "COUNTS": (8, 4)}
+    for constant in {"PERIODS", "SPEEDS", "COUNTS"} & set(vars(module)):
+        monkeypatch.setattr(module, constant, small[constant])
+    monkeypatch.setattr(module, "RESAMPLES", 20, raising=False)
     folders = tmp_path / "one", tmp_path / "two"
     for folder in folders:
         folder.mkdir()
-        duplex.main([str(folder)])
-    for name in ("duplex.svg", "duplex.png"):
-        assert (folders[0] / name).read_bytes() == (folders[1] / name).read_bytes()
+        module.main([str(folder)])
+    for ending in ("svg", "png"):
+        assert (folders[0] / f"{name}.{ending}").read_bytes() == (folders[1] / f"{name}.{ending}").read_bytes()

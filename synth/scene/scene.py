@@ -73,16 +73,17 @@ class Scene(Section):
         return parse_scene_text(text)
 
     @classmethod
-    def from_groups(cls, scene: Scene | None = None, **groups: float) -> Scene:
-        """Return `scene` (None: the default) with given dimensionless groups of eq. 7; the other fields are kept.
+    def from_groups(cls, scene: object = None, **groups: float) -> Scene:
+        """Return `scene` with given dimensionless groups of eq. 7; the other fields are kept.
 
+        scene: None for the default; a scene, a mapping, or a name of the catalogue.
         groups: some or all of ridges (tau), period_ratio (Lambda), amplitude_ratio (A) and load (W), each above 0.
         Raises SceneError for other names, numbers out of range, and surfaces other than ridges on a sinusoid.
         Source: Fagiani & Barbieri (2016), eqs 6 and 7.
 
         Example: rw.Scene.from_groups(ridges=20, period_ratio=1.6, amplitude_ratio=0.5, load=1.2).groups
         """
-        found: Scene = import_module(GROUPS).with_groups(cls() if scene is None else scene, groups)
+        found: Scene = import_module(GROUPS).with_groups(parse_scene({} if scene is None else scene), groups)
         return found
 
     @property

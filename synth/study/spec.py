@@ -4,7 +4,8 @@ Stage   STUDY.
 Model   {"scene": ..., "axes": {field: values, ...}, "sample": null, "phases": 256, "lines": 32, "skin": false,
          "most_scenes": 200000}
         Without `sample` every combination of the axes is a scene; the last axis changes first. With it, scenes are
-        samples between the ends of each axis: {"kind": "latin_hypercube" | "sobol", "count": n, "seed": 0}.
+        samples between the ends of each axis: {"kind": "latin_hypercube" | "sobol", "count": n, "seed": 0}. With
+        {"kind": "points"} the axes have equally many values, and scene n has the nth of each.
         Fields are merged into the scene as a PATCH request does. Groups come last: contact length, texture and load
         follow from them (`contact.groups`).
 Source  Latin hypercube and Sobol samples: scipy.stats.qmc.
@@ -31,7 +32,7 @@ from synth.scene.text import object_from_text
 from synth.study.axes import GROUPS, Axis, read_axis
 
 FIELDS = ("scene", "axes", "sample", "phases", "lines", "skin", "most_scenes")
-SAMPLE, SAMPLES = ("kind", "count", "seed"), ("latin_hypercube", "sobol")
+SAMPLE, SAMPLES, POINTS = ("kind", "count", "seed"), ("latin_hypercube", "sobol"), "points"
 PHASES, LEAST_PHASES, MOST_PHASES = 256, 16, 1 << 16
 LINES, MOST_LINES = 32, 4096
 MOST_SCENES, LARGEST = 200_000, 1 << 31
@@ -40,7 +41,7 @@ MOST_BYTES, OTHER_NUMBERS = 8 << 30, 40  # of the result; numbers of a scene bes
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """How scenes are drawn between the ends of the axes."""
+    """How scenes are drawn between the ends of the axes; with POINTS, how many values each axis has."""
 
     kind: str
     count: int
@@ -76,8 +77,15 @@ class StudySpec:
         """Number of scenes."""
         return math.prod(self.shape)
 
+    @property
+    def listed(self) -> bool:
+        """Whether the axes list the values of every scene."""
+        return self.sample is not None and self.sample.kind == POINTS
+
     def columns(self) -> dict[str, list[Any]]:
         """Return the value of every axis in every scene, in the order of their numbers."""
+        if self.listed:
+            return {axis.name: list(axis.values) for axis in self.axes}
         if self.sample is not None:
             drawn = self._drawn(self.sample)
             return {axis.name: axis.at(part).tolist() for axis, part in zip(self.axes, drawn.T, strict=True)}
@@ -99,12 +107,12 @@ class StudySpec:
     def document(self) -> dict[str, Any]:
         """Return the spec as JSON, with numbers in SI."""
         axes: dict[str, Any] = {axis.name: list(axis.values) for axis in self.axes}
-        if self.sample is not None:
+        if self.sample is not None and not self.listed:
             spacing = {True: "log", False: "linear"}
             axes = {
                 one.name: {"from": one.values[0], "to": one.values[1], "spacing": spacing[one.log]} for one in self.axes
             }
-        sample = None if self.sample is None else asdict(self.sample)
+        sample = None if self.sample is None else {"kind": POINTS} if self.listed else asdict(self.sample)
         asked = {"phases": self.phases, "lines": self.lines, "skin": self.skin}
         return {"scene": self.scene, "axes": axes, "sample": sample, **asked}
 
@@ -147,11 +155,13 @@ def read_spec(document: object) -> StudySpec:
     found = []
     for name, values in axes.items():
         try:
-            found.append(read_axis(str(name), values, sampled=sample is not None))
+            found.append(read_axis(str(name), values, sampled=sample is not None and sample.kind != POINTS))
         except SceneError as error:
             faults += error.faults
     if faults:
         raise SceneError(faults)
+    if sample is not None and sample.kind == POINTS:
+        sample = Sample(POINTS, _same_length(found), 0)
     phases = _whole(written, "phases", PHASES, LEAST_PHASES, MOST_PHASES)
     if phases & (phases - 1):
         raise _refused("/phases", phases, "a power of two", f"Write {1 << phases.bit_length()}.")
@@ -173,14 +183,29 @@ def read_spec(document: object) -> StudySpec:
     return spec
 
 
+def _same_length(axes: list[Axis]) -> int:
+    """Return the number of values of every axis; raises SceneError where they differ."""
+    count = len(axes[0].values)
+    for axis in axes:
+        if len(axis.values) != count:
+            hint = 'Write one value of each axis for every scene, or leave "sample" out for every combination.'
+            allowed = f"{count} values, as {axes[0].name} has"
+            raise _refused(f"/axes/{axis.name}", f"{len(axis.values)} values", allowed, hint)
+    return count
+
+
 def _sample(written: object) -> Sample | None:
     if written is None:
         return None
     if not isinstance(written, Mapping) or any(name not in SAMPLE for name in written):
         hint = 'Write {"kind": "latin_hypercube", "count": 1000, "seed": 0}.'
         raise _refused("/sample", written, f"null, or an object with {', '.join(SAMPLE)}", hint)
+    if written.get("kind") == POINTS:
+        for name in (one for one in ("count", "seed") if one in written):
+            raise _refused(f"/sample/{name}", written[name], "nothing with points", "The axes list every scene.")
+        return Sample(POINTS, 0, 0)
     if written.get("kind") not in SAMPLES:
-        raise _refused("/sample/kind", written.get("kind"), " or ".join(SAMPLES), "Check the spelling.")
+        raise _refused("/sample/kind", written.get("kind"), f"{', '.join(SAMPLES)} or {POINTS}", "Check the spelling.")
     count = _whole(written, "count", None, 1, LARGEST, "/sample")
     return Sample(str(written["kind"]), count, _whole(written, "seed", 0, 0, LARGEST, "/sample"))
 

@@ -19,7 +19,7 @@ from tests.service.harness import PATIENCE, Running, kept_engine, serving
 
 PACKAGE = "generated_ridgewave"
 CALLS = {
-    "render": ("render", "explain", "measure_accuracy"),
+    "render": ("render", "explain", "analyze", "measure_accuracy"),
     "scene": ("draw_picture", "get_scene_schema", "get_threshold"),
     "sessions": ("open_session", "get_session", "change_session", "delete_session", "stream_session"),
     "play": ("play_session", "end_play", "list_devices"),

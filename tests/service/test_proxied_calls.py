@@ -29,6 +29,7 @@ GIVEN = {"unit": "um", "pixel": "5 um", "name": "cloth"}
 CALLS: dict[str, tuple[str, str, dict[str, Any], int]] = {
     "render": ("POST", "/v1/render?format=f32le", {"json": SHORT}, 200),
     "explain": ("POST", "/v1/explain", {"json": {}}, 200),
+    "analyze": ("POST", "/v1/analyze", {"json": {}}, 200),
     "getSceneSchema": ("GET", "/v1/scene/schema.json", {}, 200),
     "drawPicture": ("POST", "/v1/picture", {"json": {"scene": {}}}, 200),
     "getThreshold": ("GET", "/v1/threshold", {}, 200),

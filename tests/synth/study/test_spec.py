@@ -37,6 +37,18 @@ def test_samples_lie_between_the_ends_and_repeat_with_their_seed(kind: str) -> N
     assert kind == "sobol" or np.all(counts == 1), "one in each eighth"
 
 
+def test_points_are_the_scenes_that_the_axes_list() -> None:
+    axes = {"scan.load": [0.1, 0.2, 0.4], "texture.period": {"from": "1 mm", "to": "4 mm", "count": 3}}
+    spec = read_spec({"axes": axes, "sample": {"kind": "points"}})
+    assert spec.shape == (3,)
+    assert spec.columns() == {"scan.load": [0.1, 0.2, 0.4], "texture.period": pytest.approx([1e-3, 2.5e-3, 4e-3])}
+    assert read_spec(spec.document()) == spec
+    found = rw.sweep({}, axes, sample={"kind": "points"}, phases=64, lines=1)
+    assert found.rms.dims == ("sample", "quantity") and found["scan.load"].values.tolist() == [0.1, 0.2, 0.4]
+    alone = rw.sweep({}, {"scan.load": [0.4], "texture.period": ["4 mm"]}, phases=64, lines=1)
+    np.testing.assert_array_equal(found.rms.values[2], alone.rms.values[0, 0])
+
+
 def test_a_scene_has_the_values_of_its_axes() -> None:
     spec = read_spec({"scene": "denim-72x56", "axes": {"scan.load": ["0.4 N"], "texture.kind": ["sinusoid"]}})
     scene = scene_at(spec.scene, {"scan.load": 0.4, "texture.kind": "sinusoid"})
@@ -67,6 +79,10 @@ REFUSED: dict[str, tuple[Any, str]] = {
         "most_scenes 1000000",
     ),
     "a list of samples": ({"axes": {"scan.load": [0.1, 1.0]}, "sample": LATIN}, "from"),
+    "points of unequal numbers": (
+        {"axes": {"scan.load": [0.1, 1.0], "scan.speed": [0.1]}, "sample": {"kind": "points"}}, "scan.load",
+    ),
+    "points with a count": ({"axes": {"scan.load": [0.1]}, "sample": {"kind": "points", "count": 3}}, "count"),
     "unknown samples": ({"axes": OPEN, "sample": {"kind": "random", "count": 8}}, "latin_hypercube"),
     "phases": ({"axes": PERIOD, "phases": 100}, "power of two"),
     "too many lines": ({"axes": PERIOD, "lines": 5000}, "4096"),
