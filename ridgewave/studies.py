@@ -84,8 +84,9 @@ def analyze(
     RA, PC: depth in m, strain, power, level in dB, and frequency in Hz, of SA1 the wavelength in m), `pacinian_power`,
     `intensity` (in thresholds) and `felt_by`.
     Of a vibration there is no SA1.
-    Raises SceneError for a scan that is not steady, a texture over an area, and effects that are simulated;
-    InvalidRequest for a vibration that cannot be read, or whose scale or quantity is unknown.
+    Raises SceneError for a scan that is not steady, a texture over an area, effects that are simulated, and some
+    thousand periods of the finer surface under the finger; InvalidRequest for a vibration that cannot be read, or
+    whose scale or quantity is unknown.
 
     Example: rw.analyze("grating-1mm-31um", finger={"kind": "fingertip"})["felt_by"]
     """

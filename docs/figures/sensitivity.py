@@ -46,6 +46,7 @@ def indices(finger: str, ranges: Ranges, count: int) -> tuple[Any, Any]:
     """Return the Sobol indices and their bootstrap of a finger over `ranges`, of `count` (2 + parameters) scenes."""
 
     def solved(points: Real) -> Real:
+        """Return log10 rms acceleration [1, scenes] at `points` [parameters, scenes], each from 0 to 1."""
         axes = {
             name: low * (high / low) ** part
             for part, (name, (low, high)) in zip(points, ranges.items(), strict=True)

@@ -42,7 +42,8 @@ FELT_BY = {(True, True): "vibration and spatial pattern", (True, False): "vibrat
 def skin_felt(scene: Scene) -> dict[str, Any]:
     """Return what is felt of `scene`: the whole finger's level, each receptor class, intensity, and by what it is felt.
 
-    Raises SceneError for a scan that is not steady, a texture over an area, and effects that are simulated.
+    Raises SceneError for a scan that is not steady, a texture over an area, effects that are simulated, and where more
+    than MOST_CELLS would be needed.
     """
     if any(asked(scene, Kind.BALANCE)):
         name = next(asked(scene, Kind.BALANCE))[0].name
