@@ -131,6 +131,7 @@ def test_a_choice_that_is_refused_leaves_the_sound_and_a_correction_is_heard(
         watch.allow("status of 422")
         loaded(page)
         started(page)
+        page.wait_for_function(OF_SCENE)  # before its first picture the pad has other words for a refusal
         before = page.evaluate(SESSION)
         page.evaluate("() => ridgewave.state.take({texture: {kind: 'grating', period: '1 mm', height: '-3 mm'}})")
         page.wait_for_function("() => document.getElementById('pad-note').textContent.includes('refused')")
