@@ -21,7 +21,11 @@ lint: $(PYTHON)  ## ask every linter
 	.ci/lint
 bench: $(PYTHON)  ## measure speed; BENCH=voice measures one part
 	$(PYTHON) -m tests.bench $(BENCH)
-figures: $(PYTHON)  ## draw the figures of the effects, the waveform and live motion again, and the tables of the catalogue
+figures: $(PYTHON)  ## draw the figures of the effects, the waveform, live motion and the ready studies again, and the tables of the catalogue
 	for figure in waveform effects following catalogue; do $(PYTHON) -m docs.figures.$$figure || exit 1; done
+	for study in synth/study/specs/*.json; do \
+	  name=$$(basename $$study .json); \
+	  $(PYTHON) -m clients study $$name --figure docs/figures/$$name.svg || exit 1; \
+	done
 
 .PHONY: help setup test thorough lint bench figures

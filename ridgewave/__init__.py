@@ -44,6 +44,7 @@ if _TYPE_CHECKING:
     from ridgewave.studies import analyze as analyze
     from ridgewave.studies import compare as compare
     from ridgewave.studies import sweep as sweep
+    from ridgewave.studies import told_apart as told_apart
     from service.store.store import StoredTexture as StoredTexture
     from synth.accuracy.report import AccuracyReport as AccuracyReport
     from synth.encode.sound import Sound as Sound
@@ -100,6 +101,7 @@ _MODULES = {
     "parse_scene": "ridgewave.scenes",
     "render": "ridgewave.scenes",
     "sweep": "ridgewave.studies",
+    "told_apart": "ridgewave.studies",
     "textures": "ridgewave.scenes",
 }
 

@@ -81,9 +81,9 @@ def analyze(
     source, fields: a scene, as `parse_scene`; or a vibration, as a recording of `compare` (docs/study.md).
     quantity, rate, scale, column, channel: of a vibration, as of `compare`; its scale must be known.
     The result has `whole_finger_level` (dB over the detection threshold, None where nothing moves), `receptors` (SA1,
-    RA, PC: depth in m, strain, power, level in dB, and frequency in Hz, of SA1 the wavelength in m), `pacinian_power`,
-    `intensity` (in thresholds) and `felt_by`.
-    Of a vibration there is no SA1.
+    RA, PC: depth in m, strain, drive in 1/s, power, level in dB, frequency in Hz, of SA1 the wavelength in m, and the
+    number of components that are felt), `pacinian_power`, `intensity` and `spatial_variation` (in thresholds) and
+    `felt_by`. Of a vibration there is no SA1 and no spatial variation.
     Raises SceneError for a scan that is not steady, a texture over an area, effects that are simulated, and some
     thousand periods of the finer surface under the finger; InvalidRequest for a vibration that cannot be read, or
     whose scale or quantity is unknown.
@@ -101,6 +101,19 @@ def analyze(
         known = recording_of(source, "sound", column=column, channel=channel, rate=rate, scale=scale)
         return sound_felt(known, quantity)
     return skin_felt(parse_scene(source, **fields))
+
+
+def told_apart(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, Any]:
+    """Return whether two results of `analyze` are told apart, by just-noticeable differences (docs/study.md).
+
+    The result has `verdict` ("told apart", "not told apart" or "open"), `level_db` (intensity of the second over the
+    first) and `frequency` (of the strongest line, second over first, less 1); None where one does not vibrate.
+
+    Example: rw.told_apart(rw.analyze("grating-1mm-31um"), rw.analyze("grating-800um-40um"))["verdict"]
+    """
+    from synth.study.told_apart import beside
+
+    return beside(dict(first), dict(second))
 
 
 def compare(

@@ -213,6 +213,11 @@ class Engine(Protocol):
     def analyze(self, scene: Scene) -> dict[str, Any]:
         """Return what is felt of a steady scene as the JSON document of `/v1/analyze`."""
 
+    def analyze_recording(
+        self, content: bytes, *, quantity: str | None = None, scale: float | None = None, channel: int = 0
+    ) -> dict[str, Any]:
+        """Return what is felt of a vibration in the bytes of a WAV or FLAC file, as the document of `/v1/analyze`."""
+
     def picture(self, scene: Scene, points: int | None, phases: int | None) -> dict[str, Any]:
         """Return the JSON document of `/v1/picture`. None stands for the default number of points or phases."""
 
@@ -329,6 +334,15 @@ class SynthEngine:
         from synth.study.skin_outcome import skin_felt
 
         return skin_felt(scene)
+
+    def analyze_recording(
+        self, content: bytes, *, quantity: str | None = None, scale: float | None = None, channel: int = 0
+    ) -> dict[str, Any]:
+        """See `Engine`."""
+        from synth.study.recordings import recording_in
+        from synth.study.sound_outcome import sound_felt
+
+        return sound_felt(recording_in(content, channel=channel, scale=scale), quantity)
 
     def picture(self, scene: Scene, points: int | None, phases: int | None) -> dict[str, Any]:
         """See `Engine`."""

@@ -135,8 +135,8 @@ def test_an_effect_has_a_pair_of_sounds_of_one_full_scale(name: str) -> None:
 def test_a_figure_is_drawn_as_it_is_shown(tmp_path: Path) -> None:
     """Twice the same bytes; and, but for ids and what another matplotlib rounds otherwise, the figure of the page."""
     matplotlib = pytest.importorskip("matplotlib", reason="figures need the extra `plots`: pip install '.[plots]'")
+    from clients.figure_look import LOOK, saved
     from docs.figures.effects import FIGURES
-    from docs.figures.look import LOOK, saved
 
     assert set(FIGURES) == set(effect_names())
     for name in ("first", "second"):

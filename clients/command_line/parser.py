@@ -65,12 +65,14 @@ EXAMPLES = {
         ("analyze grating-1mm-31um --everyday", "by vibration, by its spatial pattern, or not at all"),
         ("analyze scene.json --set scan.speed=40mm/s --json", "for a program"),
         ("analyze scan.wav --quantity acceleration --scale 98.1", "of a recording whose full scale is 10 g"),
+        ("analyze denim-72x56 --everyday --beside corduroy-11-wale", "whether two textures are told apart"),
     ),
     "compare": (
         ("compare scene.json scan1.wav scan2.csv --quantity acceleration", "measurements beside the model"),
         ("compare scene.json scan.csv --column az --rate 10000 -o scan.svg", "with a figure"),
     ),
     "study": (
+        ("study duplex -o duplex.nc --figure duplex.svg", "a ready study, with its figure"),
         ("study map.json -o map.nc", "solve every scene of a study, as one dataset"),
         ("study map.json -o map.csv --workers 4", "as a table, in four processes"),
         ("study map.json -o map.zarr --scheduler tcp://lab:8786", "on a Dask cluster"),
@@ -374,9 +376,22 @@ def _add_study(commands: Any) -> None:
         "contact and what is felt as one labelled dataset (docs/study.md). An interrupted study goes on where it "
         "ended.",
     )
-    parser.add_argument("spec", metavar="SPEC", help="a JSON file with scene and axes, or - for standard input")
     parser.add_argument(
-        "-o", "--output", metavar="OUT", required=True, help="a name that ends in .zarr, .nc, .parquet or .csv"
+        "spec", metavar="SPEC",
+        help="a JSON file with scene and axes, - for standard input, the name of a ready study, such as duplex, or a "
+        "finished study (.nc, .zarr), which --figure draws",
+    )  # fmt: skip
+    parser.add_argument("-o", "--output", metavar="OUT", help="a name that ends in .zarr, .nc, .parquet or .csv")
+    parser.add_argument(
+        "--figure", metavar="FILE", action="append", help="draw it (.svg, .png or .pdf; extra `plots`); repeatable"
+    )
+    parser.add_argument(
+        "--dataset", metavar="FOLDER", help="render every scene, too: FLAC files and manifest.jsonl, to train models"
+    )
+    parser.add_argument("--licence", metavar="TEXT", help="of the dataset: what its manifest says, such as CC0-1.0")
+    parser.add_argument("--print", action="store_true", help="print the spec, to edit it, and solve nothing")
+    parser.add_argument(
+        "--accuracy", action="store_true", help="tell what fewer or more phases cost and change, from some scenes"
     )
     parser.add_argument("--workers", type=int, metavar="N", help="processes (default: one for each processor)")
     parser.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler, such as tcp://127.0.0.1:8786")
@@ -394,6 +409,9 @@ def _add_analyze(commands: Any) -> None:
         "FLAC, CSV or Parquet file with a known scale (docs/study.md).",
     )
     _add_scene(parser)
+    parser.add_argument(
+        "--beside", metavar="SCENE", help="another scene or recording: is it told from the first? --set is for both"
+    )
     _add_recording(parser)
 
 
@@ -413,7 +431,11 @@ def _add_compare(commands: Any) -> None:
 
 def _add_recording(parser: argparse.ArgumentParser) -> None:
     """Add what tells how a recording is read."""
-    parser.add_argument("--quantity", metavar="NAME", help="of a recording: displacement, velocity or acceleration")
+    parser.add_argument(
+        "--quantity",
+        metavar="NAME",
+        help="of a recording: displacement, velocity, acceleration; of compare also tangential_force",
+    )
     parser.add_argument("--column", metavar="NAME", help="of a table: the column of the samples")
     parser.add_argument("--channel", type=int, default=0, metavar="N", help="of a sound: the channel, from 0")
     parser.add_argument("--rate", type=float, metavar="HZ", help="of a table without times: samples per second")

@@ -13,36 +13,63 @@ from clients.command_line.scene_argument import check_unchanged, read_scene
 
 def run(arguments: argparse.Namespace) -> int:
     """Carry out the command; raises InvalidRequest, CannotRender, OSError."""
-    felt = _felt(arguments)
-    if arguments.json:
-        print_json(felt)
+    felt = _felt(arguments, arguments.scene)
+    if arguments.beside is None:
+        _print(felt, arguments.json)
         return DONE
+    from synth.study.told_apart import beside
+
+    other = _felt(arguments, arguments.beside)
+    found = beside(felt, other)
+    if arguments.json:
+        print_json({"first": felt, "second": other} | found)
+        return DONE
+    for name, one in ((arguments.scene, felt), (arguments.beside, other)):
+        print_table(name, ("felt", "value"), _told(one))
+    level, frequency = found["level_db"], found["frequency"]
+    rows = [
+        ("verdict", found["verdict"]),
+        ("intensity", "one does not vibrate" if level is None else f"{level:+.1f} dB"),
+        ("strongest line", "one does not vibrate" if frequency is None else f"{100.0 * frequency:+.0f} % in frequency"),
+    ]
+    print_table("the second beside the first", ("difference", "value"), rows)
+    return DONE
+
+
+def _print(felt: dict[str, Any], as_json: bool) -> None:
+    if as_json:
+        print_json(felt)
+        return
     rows = []
     for one in felt["receptors"]:
         level = "nothing" if one["level"] is None else f"{one['level']:.1f} dB"
         where = f"{1e3 * one['frequency']:.3g} mm" if one["receptor"] == "SA1" else f"{one['frequency']:.4g} Hz"
-        rows.append((one["receptor"], f"{1e3 * one['depth']:g} mm", f"{one['strain']:.2e}", level, where))
-    print_table("", ("receptor", "depth", "strain", "over threshold", "at"), rows)
+        row = (one["receptor"], f"{1e3 * one['depth']:g} mm", f"{one['strain']:.2e}", f"{one['drive']:.2e} /s")
+        rows.append((*row, level, where, str(one["components"])))
+    print_table("", ("receptor", "depth", "strain", "drive", "over threshold", "at", "components"), rows)
+    print_table("", ("felt", "value"), _told(felt))
+
+
+def _told(felt: dict[str, Any]) -> list[tuple[str, str]]:
     whole = felt["whole_finger_level"]
-    told = [
+    rows = [
         ("whole finger", "nothing" if whole is None else f"{whole:.1f} dB over its threshold"),
         ("intensity of vibration", f"{felt['intensity']:.3g} thresholds"),
-        ("felt by", felt["felt_by"]),
     ]
-    print_table("", ("felt", "value"), told)
-    return DONE
+    if "spatial_variation" in felt:
+        rows.append(("spatial variation", f"{felt['spatial_variation']:.3g} thresholds"))
+    return [*rows, ("felt by", felt["felt_by"])]
 
 
-def _felt(arguments: argparse.Namespace) -> dict[str, Any]:
+def _felt(arguments: argparse.Namespace, source: str) -> dict[str, Any]:
     from synth.study.recordings import is_recording, read_recording
     from synth.study.skin_outcome import skin_felt
     from synth.study.sound_outcome import sound_felt
 
-    if not is_recording(arguments.scene):
-        return skin_felt(read_scene(arguments))
+    if not is_recording(source):
+        return skin_felt(read_scene(argparse.Namespace(**vars(arguments) | {"scene": source})))
     check_unchanged(arguments, "a recording")
     known = read_recording(
-        Path(arguments.scene), column=arguments.column, channel=arguments.channel, rate=arguments.rate,
-        scale=arguments.scale,
-    )  # fmt: skip
+        Path(source), column=arguments.column, channel=arguments.channel, rate=arguments.rate, scale=arguments.scale
+    )
     return sound_felt(known, arguments.quantity)

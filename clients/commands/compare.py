@@ -25,7 +25,7 @@ def run(arguments: argparse.Namespace) -> int:
         )
         quantity = arguments.quantity or recording.quantity
         if not quantity:
-            hint = "Write --quantity acceleration, velocity or displacement."
+            hint = "Write --quantity acceleration, velocity, displacement or tangential_force."
             invalid_request("--quantity", "none", "the quantity of a recording that does not say it", hint)
         found = compared(
             scene, recording.values, recording.rate, quantity, recording.name, scaled=recording.scaled

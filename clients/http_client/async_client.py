@@ -60,6 +60,15 @@ class AsyncClient:
         """As `Client.analyze`."""
         return await self.carry(calls.analyze(scene))
 
+    async def analyze_recording(
+        self, path: str | os.PathLike[str], *, quantity: str | None = None, scale: float | None = None,
+        channel: int | None = None,
+    ) -> Document:  # fmt: skip
+        """As `Client.analyze_recording`."""
+        return await self.carry(
+            calls.analyze_recording(path, {"quantity": quantity, "scale": scale, "channel": channel})
+        )
+
     async def accuracy(self, scene: Any = None, quantity: str | None = None, *, live: bool = False) -> Document:
         """As `Client.accuracy`."""
         return await self.carry(calls.accuracy(scene, quantity, live))

@@ -44,6 +44,7 @@ class Call(Generic[T]):
 
     answer: reads a successful response.
     body: a JSON document, or None.
+    sound: media type and bytes of a body that is a sound file.
     file, fields: of a form, which replaces the body: name and content of the file, and the form's other fields.
     """
 
@@ -52,6 +53,7 @@ class Call(Generic[T]):
     answer: Callable[[httpx.Response], T]
     body: Mapping[str, Any] | None = None
     query: Mapping[str, str] = field(default_factory=dict)
+    sound: tuple[str, bytes] | None = None
     file: tuple[str, bytes] | None = None
     fields: Mapping[str, str] = field(default_factory=dict)
 
@@ -61,6 +63,8 @@ class Call(Generic[T]):
         keywords: dict[str, Any] = {"params": self.query}
         if self.body is not None:
             keywords |= {"content": json_text(self.body).encode(), "headers": {"Content-Type": "application/json"}}
+        if self.sound is not None:
+            keywords |= {"content": self.sound[1], "headers": {"Content-Type": self.sound[0]}}
         if self.file is not None:
             keywords |= {"files": {"file": self.file}, "data": dict(self.fields)}
         return keywords
@@ -124,6 +128,13 @@ def analyze(scene: Any) -> Call[Document]:
     return Call("POST", "/v1/analyze", _object, scene_to_send(scene))
 
 
+def analyze_recording(path: str | os.PathLike[str], told: Mapping[str, object]) -> Call[Document]:
+    """Return the call that tells what is felt of the sound file at `path`; raises OSError if it cannot be read."""
+    kind = "audio/flac" if Path(path).suffix.lower() == ".flac" else "audio/wav"
+    query = {name: str(value) for name, value in told.items() if value is not None}
+    return Call("POST", "/v1/analyze", _object, query=query, sound=(kind, Path(path).read_bytes()))
+
+
 def accuracy(scene: Any, quantity: str | None, live: bool) -> Call[Document]:
     """Return the call that measures what accuracy costs."""
     query = {} if quantity is None else {"quantity": quantity}
@@ -147,7 +158,7 @@ def import_texture(path: str | os.PathLike[str], options: Mapping[str, str | Non
     fields = {name: value for name, value in options.items() if value is not None}
     query = {"dry_run": "true"} if dry_run else {}
     file = Path(path).name, Path(path).read_bytes()
-    return Call("POST", "/v1/textures", _object, None, query, file, fields)
+    return Call("POST", "/v1/textures", _object, query=query, file=file, fields=fields)
 
 
 def delete_texture(name: str) -> Call[None]:

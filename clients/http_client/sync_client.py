@@ -68,6 +68,17 @@ class Client:
         """Return what is felt of a steady scene, by the whole finger and by the receptors of its skin."""
         return self.carry(calls.analyze(scene))
 
+    def analyze_recording(
+        self, path: str | os.PathLike[str], *, quantity: str | None = None, scale: float | None = None,
+        channel: int | None = None,
+    ) -> Document:  # fmt: skip
+        """Return what is felt of a vibration in a WAV or FLAC file.
+
+        quantity, scale: write them where the file has none of its own. channel: from 0.
+        """
+        told = {"quantity": quantity, "scale": scale, "channel": channel}
+        return self.carry(calls.analyze_recording(path, told))
+
     def accuracy(self, scene: Any = None, quantity: str | None = None, *, live: bool = False) -> Document:
         """Return the error and the cost of every method for a scene. Takes up to a minute."""
         return self.carry(calls.accuracy(scene, quantity, live))

@@ -19,7 +19,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from docs.figures.look import BLUE, FAINT, GREEN, INK, LOOK, RED, Real, new_figure, saved
+from clients.figure_look import BLUE, FAINT, GREEN, INK, LOOK, RED, Real, new_figure, saved
 from synth import Voice, open_voice, parse_scene
 from synth.effects.simulation.steps import HEIGHT, ROWS
 from synth.plan.effect_choice import stiffness_round

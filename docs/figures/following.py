@@ -17,6 +17,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from clients.figure_look import BLUE, FAINT, GREEN, INK, LOOK, RED, Real, new_figure, saved
 from docs.figures.following_measures import (
     LENGTH,
     LOADED,
@@ -40,7 +41,6 @@ from docs.figures.following_measures import (
     steady,
     strokes,
 )
-from docs.figures.look import BLUE, FAINT, GREEN, INK, LOOK, RED, Real, new_figure, saved
 from synth.motion.motion import LOAD
 
 HERE = Path(__file__).resolve().parent

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numba import njit
 
-from docs.figures.look import Real
+from clients.figure_look import Real
 from synth.kernels import Decorator
 from synth.motion import update_timing
 from synth.motion.motion import LOAD, SPEED, SPEED_RATE, Update

@@ -20,7 +20,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from docs.figures.look import BLUE, FAINT, INK, LOOK, RED, Real, new_figure, saved
+from clients.figure_look import BLUE, FAINT, INK, LOOK, RED, Real, new_figure, saved
 from synth import open_voice, parse_scene
 from synth.scene.scene import Scene
 

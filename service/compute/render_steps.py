@@ -56,6 +56,7 @@ class Order:
     wanted, accept: of a render, the format in the query and the Accept header.
     max_duration: longest sound, in seconds.
     owner: of the imported textures that the scene may name.
+    recording: of an analysis of a sound file: what the query says of it; None where the body is a scene.
     """
 
     kind: str
@@ -63,6 +64,7 @@ class Order:
     accept: str | None = None
     max_duration: float = float("inf")
     owner: str = ""
+    recording: dict[str, Any] | None = None
 
 
 @dataclass(frozen=True)
@@ -151,6 +153,8 @@ def work(engine: Engine, order: Order, body: bytes, store: Store) -> Iterator[Me
         yield from _rendered(engine, order, lambda: scene_of(object_from_text(body)))
     elif order.kind == "explain":
         yield from _document(engine.explain(scene_of(object_from_text(body))))
+    elif order.kind == "analyze" and order.recording is not None:
+        yield from _document(_of_recording(engine, body, order.recording))
     elif order.kind == "analyze":
         yield from _document(engine.analyze(scene_of(object_from_text(body))))
     else:
@@ -158,6 +162,16 @@ def work(engine: Engine, order: Order, body: bytes, store: Store) -> Iterator[Me
         with _scene_in_body():
             picture = engine.picture(scene, points, phases)
         yield from _document(picture | {"texture": picture["texture"] | area_of(scene, area)})
+
+
+def _of_recording(engine: Engine, body: bytes, told: dict[str, Any]) -> dict[str, Any]:
+    """Return what is felt of the sound file in `body`. Faults name parameters of the query."""
+    try:
+        return engine.analyze_recording(body, **told)
+    except InvalidRequest as error:
+        named = {f"/{name}": f"?{name}" for name in ("quantity", "scale", "channel")}
+        faults = [replace(fault, pointer=named.get(fault.pointer, fault.pointer)) for fault in error.faults]
+        raise InvalidRequest(faults) from error
 
 
 def check_duration(duration: float, longest: float, pointer: str, kind: str) -> None:

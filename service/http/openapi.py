@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from fastapi import FastAPI
@@ -67,9 +67,10 @@ def problem_answers(*names: str) -> Answers:
     return answers
 
 
-def body(schema: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the `openapi_extra` of a route that reads its own JSON body."""
-    return {"requestBody": {"required": True, "content": {"application/json": {"schema": schema}}}}
+def body(schema: Mapping[str, Any], files: Iterable[str] = ()) -> dict[str, Any]:
+    """Return the `openapi_extra` of a route that reads its own JSON body, or files of these media types."""
+    content = {"application/json": {"schema": schema}} | dict.fromkeys(sorted(files), BINARY)
+    return {"requestBody": {"required": True, "content": content}}
 
 
 def _drop_validation_errors(paths: Mapping[str, Any], schemas: dict[str, Any]) -> None:

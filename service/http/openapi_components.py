@@ -106,9 +106,11 @@ _RECEPTOR = _object(
         "receptor": _TEXT | {"enum": ["SA1", "RA", "PC"]},
         "depth": _NUMBER | {"description": "m."},
         "strain": _NUMBER | {"description": "rms at the depth; of SA1 the amplitude of the strongest wave."},
+        "drive": _NUMBER | {"description": "rms of its rate behind the low-pass of the class, 1/s."},
         "power": _NUMBER | {"description": "Sum of (amplitude / threshold)^2."},
         "level": _LEVEL | {"description": "Strongest line over its threshold, dB; null where nothing moves."},
         "frequency": _NUMBER | {"description": "Of this line, Hz; of SA1 its wavelength, m."},
+        "components": _WHOLE | {"description": "Lines, of a recording thirds of an octave, felt beside the others."},
     }
 )
 _ANALYSIS = _object(
@@ -117,8 +119,10 @@ _ANALYSIS = _object(
         "receptors": _list_of(_RECEPTOR),
         "pacinian_power": _NUMBER,
         "intensity": _NUMBER | {"description": "Of the vibration, in thresholds."},
+        "spatial_variation": _NUMBER | {"description": "Of the pattern, in thresholds of SA1; a recording has none."},
         "felt_by": _TEXT | {"enum": ["vibration and spatial pattern", "vibration", "spatial pattern", "nothing"]},
-    }
+    },
+    ("spatial_variation",),
 )
 _PLAY = _object(
     {

@@ -1,4 +1,4 @@
-"""JSON request bodies, checked for their media type and their size.
+"""Request bodies of JSON, or of the media types that a route names, checked for their media type and their size.
 
 The Content-Type is checked before a byte of the body is read, so a form that another page posts has no effect. The size
 is checked while the body is read, whether its length was announced or not. `synth.scene.scene` parses the JSON.
@@ -15,16 +15,22 @@ JSON = frozenset({"application/json"})
 PATCH = JSON | {"application/merge-patch+json"}
 
 
-async def read_body(request: Request, media_types: frozenset[str] = JSON, *, optional: bool = False) -> bytes:
-    """Return the body of a JSON request.
+def media_type_of(request: Request) -> str:
+    """Return the media type of a body, without parameters; "" where none is named."""
+    return str(request.headers.get("content-type", "")).partition(";")[0].strip().lower()
 
+
+async def read_body(request: Request, media_types: frozenset[str] = JSON, *, optional: bool = False) -> bytes:
+    """Return the body of a request.
+
+    media_types: those that the route reads.
     optional: a request without Content-Type and without a body returns b"".
     Raises Problem: 415 for another media type, 413 for a body larger than RIDGEWAVE_MAX_BODY.
     """
     given = request.headers.get("content-type")
     if given is None and optional and _has_no_body(request):
         return b""
-    if (given or "").partition(";")[0].strip().lower() not in media_types:
+    if media_type_of(request) not in media_types:
         names = names_of(media_types)
         raise Problem("not-json", f"Send Content-Type: {names}.", headers={"Accept-Post": names})
     check_not_packed(request, "not-json", names_of(media_types))

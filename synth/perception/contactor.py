@@ -3,7 +3,8 @@
 Model   The power density of the displacement S(f) is that of the sound over (2 pi f)^(2 order). In a third of an octave
         around each of the preferred frequencies 1000 * 10^(n/10) Hz the power over threshold is the sum of 2 S df /
         T(f)^2, with T the peak displacement of a sinusoid that is just felt. Of a single sinusoid that is
-        (amplitude / T)^2. The level of a receptor is that of its strongest band; its power is that of all bands.
+        (amplitude / T)^2. The level of a receptor is that of its strongest band; its power is that of all bands. Its
+        components are bands that are felt beside the others (`masking`).
 Source  Thresholds: `receptors`. Welch (1967): the density. Weighting by 1 / T^2: Bensmaia & Hollins (2003).
 Limits  From LOWEST to HIGHEST: below, a drifting sensor would count as motion. The actuator presses the skin as the
         contactors did with which the thresholds were measured. A steady sound: it is a mean over the whole length.
@@ -17,8 +18,9 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.perception.half_space import strain_under_probe
+from synth.perception.masking import unmasked
 from synth.perception.receptors import VIBRATION, Receptor
-from synth.perception.skin import Felt
+from synth.perception.skin import Felt, nothing_felt
 from synth.perception.threshold import MICROMETRE
 
 LOWEST, HIGHEST = 10.0, 1000.0  # Hz
@@ -46,11 +48,17 @@ def _felt(receptor: Receptor, hertz: Array, moved: Array) -> Felt:
     over = 2.0 * moved / threshold**2
     bands = np.rint(10.0 * np.log10(hertz / HIGHEST)).astype(np.intp)
     power = np.bincount(bands - bands[0], over) if len(bands) else np.zeros(1)
-    strain = strain_under_probe(receptor.depth, receptor.probe) * math.sqrt(float(np.sum(moved)))
     if not np.any(power > 0.0):
-        return Felt(receptor.name, receptor.depth, 0.0, 0.0, None, 0.0)
+        return nothing_felt(receptor)
+    strain = strain_under_probe(receptor.depth, receptor.probe) * np.sqrt(2.0 * moved)
     strongest = int(np.argmax(power))
     inside = np.flatnonzero(bands - bands[0] == strongest)
-    at = float(hertz[inside[np.argmax(over[inside])]])
-    level = 10.0 * math.log10(float(power[strongest]))
-    return Felt(receptor.name, receptor.depth, strain, float(np.sum(over)), level, at)
+    centres = HIGHEST * 10.0 ** ((np.arange(len(power)) + bands[0]) / 10.0)
+    with np.errstate(divide="ignore"):
+        levels = 10.0 * np.log10(power)
+    reference = np.asarray(receptor.level(centres), np.float64)
+    return Felt(
+        receptor.name, receptor.depth, math.sqrt(0.5 * float(np.sum(strain**2))), receptor.drive(hertz, strain),
+        float(np.sum(over)), float(levels[strongest]), float(hertz[inside[np.argmax(over[inside])]]),
+        unmasked(centres, levels + reference, reference),
+    )  # fmt: skip

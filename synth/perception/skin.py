@@ -8,9 +8,10 @@ Model   p(x, theta) is the pressure along the finger, x fixed to the skin, at ea
             M_m = (1 / L) integral of conj(P_m(x)) e^(-2 pi i m x / period) dx,
         of the wavelength period / m. Speed does not change it.
         Power: the sum over n of (amplitude / threshold)^2. Intensity: the larger of the roots of both powers of
-        vibration, and half of the smaller.
+        vibration, and half of the smaller. Spatial variation: the standard deviation of the pattern over places.
 Source  Duplex theory: Hollins & Risner (2000). Weighting by 1 / threshold^2: Bensmaia & Hollins (2003). Intensity of
-        two channels: Hollins & Roy (1996). The pattern as a wave of the texture is this project's.
+        two channels: Hollins & Roy (1996). Variation between SA1 as the roughness of coarse textures: Connor & Johnson
+        (1992). The pattern as a wave of the texture is this project's.
 Limits  Linear in the pressure, quasi-static, along one line. The level of SA1 is that of the pattern's strongest wave.
 """
 
@@ -24,6 +25,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.perception.half_space import strain_gain
+from synth.perception.masking import unmasked
 from synth.perception.receptors import SA1, VIBRATION, Receptor
 
 WINDOW = 4  # times the length of the finger over which waves are taken, so that its ends do not meet
@@ -37,17 +39,26 @@ class Felt:
     receptor: its name.
     depth: m.
     strain: rms of the strain there, or the amplitude of the strongest wave of the pattern.
+    drive: rms of the rate of the strain behind the low-pass of the class, 1/s.
     power: sum of (amplitude / threshold)^2.
     level: of the strongest line over its threshold, dB; None where nothing moves.
     frequency: of this line, Hz; of SA1 its wavelength, m.
+    components: number of lines that are felt beside the others; of SA1 waves over the threshold.
     """
 
     receptor: str
     depth: float
     strain: float
+    drive: float
     power: float
     level: float | None
     frequency: float
+    components: int
+
+
+def nothing_felt(receptor: Receptor, frequency: float = 0.0) -> Felt:
+    """Return what a class feels where nothing moves."""
+    return Felt(receptor.name, receptor.depth, 0.0, 0.0, 0.0, None, frequency, 0)
 
 
 def harmonics_over_phase(pressure: Array, highest: int) -> Any:
@@ -70,34 +81,54 @@ def vibration_felt(series: Any, spacing: float, fundamental: float) -> list[Felt
 
 def _vibration(receptor: Receptor, series: Any, waves: Array, pressed: Array, hertz: Array) -> Felt:
     if not len(hertz) or not pressed.any() or hertz[0] == 0.0:
-        return Felt(receptor.name, receptor.depth, 0.0, 0.0, None, 0.0)
+        return nothing_felt(receptor)
     gain, sizes = strain_gain(waves, receptor.depth), np.zeros(len(hertz))
     for n, one in enumerate(series):  # not all at once: the waves of one take 4 MB
         strain = np.fft.ifft(np.fft.fft(one, len(waves)) * gain)[: len(pressed)][pressed]
         sizes[n] = 2.0 * math.sqrt(float(np.mean(np.abs(strain) ** 2)))
+    return felt_of_lines(receptor, hertz, sizes)
+
+
+def felt_of_lines(receptor: Receptor, hertz: Array, sizes: Array) -> Felt:
+    """Return what one class feels of lines at `hertz` with the amplitudes `sizes` of the strain."""
     over = sizes / receptor.threshold(hertz)
     strongest = int(np.argmax(over))
-    level = 20.0 * math.log10(float(over[strongest])) if over[strongest] > 0.0 else None
+    if over[strongest] == 0.0:
+        return nothing_felt(receptor)
+    with np.errstate(divide="ignore"):
+        level = 20.0 * np.log10(over)
     rms = math.sqrt(0.5 * float(np.sum(sizes**2)))
-    return Felt(receptor.name, receptor.depth, rms, float(np.sum(over**2)), level, float(hertz[strongest]))
+    threshold = np.asarray(receptor.level(hertz), np.float64)
+    return Felt(
+        receptor.name, receptor.depth, rms, receptor.drive(hertz, sizes), float(np.sum(over**2)),
+        float(level[strongest]), float(hertz[strongest]), unmasked(hertz, level + threshold, threshold),
+    )  # fmt: skip
 
 
-def pattern_felt(series: Any, places: Array, period: float) -> Felt:
+def pattern_felt(series: Any, places: Array, period: float, speed: float) -> Felt:
     """Return what SA1 feels of the pattern that moves with the texture.
 
-    series: of `harmonics_over_phase`. places: x, m, at equal distances. period: of the texture, m.
+    series: of `harmonics_over_phase`. places: x, m, at equal distances. period: of the texture, m. speed: m/s.
     """
     m = np.arange(1, len(series))
     if not len(m):
-        return Felt(SA1.name, SA1.depth, 0.0, 0.0, None, period)
+        return nothing_felt(SA1, period)
     turned = np.exp(-2j * math.pi * m[:, np.newaxis] * places / period)
     sizes = 2.0 * np.abs(np.mean(np.conj(series[1:]) * turned, axis=1))
     strain = sizes * strain_gain(np.asarray(2.0 * math.pi * m / period, np.float64), SA1.depth)
     over = strain / float(SA1.threshold(np.zeros(1))[0])
     strongest = int(np.argmax(over))
     level = 20.0 * math.log10(float(over[strongest])) if over[strongest] > 0.0 else None
-    power = float(np.sum(over**2))
-    return Felt(SA1.name, SA1.depth, float(strain[strongest]), power, level, period / float(m[strongest]))
+    drive = SA1.drive(np.asarray(m * (speed / period), np.float64), strain)
+    return Felt(
+        SA1.name, SA1.depth, float(strain[strongest]), drive, float(np.sum(over**2)), level,
+        period / float(m[strongest]), int(np.count_nonzero(over > 1.0)),
+    )  # fmt: skip
+
+
+def spatial_variation(pattern: Felt) -> float:
+    """Return the standard deviation over places of the pattern that SA1 feels, in thresholds."""
+    return math.sqrt(0.5 * pattern.power)
 
 
 def intensity(felt: list[Felt]) -> float:

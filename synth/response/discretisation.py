@@ -31,6 +31,9 @@ UNSETTLED = 0.8  # largest assumed ratio of the next change to the last one: the
 DOUBT = 1.15  # times the error that the changes predict, where they fall faster: up to 1.1 was seen (denim, corduroy)
 AFTER_FIRST, EARLIER = 0.5, 0.25  # of the change before the last one: of the first change, and of a later one
 """Parts that the error may still be. Of 186 random fingertips, at three halvings each, two exceeded it, by 1.2."""
+ROOM = (
+    0.6  # of the change before the last one, told where it is within the share: of 250 random fingertips one needed it
+)
 FRAME_PHASES = 2048  # most phases at which that of frames is tested; 4 per harmonic where that is fewer
 JUDGED_WORK = 1 << 26  # phases times cells: a fraction of a second
 
@@ -59,8 +62,20 @@ def finest_needed(coarse: Source, finer: Source, load: float, demand: Demand) ->
         finest = finer.work_at(load) * count * FINER_WORK > MOST_WORK
         following = None if good or finest or demand.is_still(height) else finer.refined()
         if following is None:
-            return finer, left
+            return finer, left if earlier is None or share == DISCRETE_SHARE else _cautious(left, earlier, allowed)
         finer, earlier = following, changed
+
+
+def _cautious(left: tuple[float, ...], earlier: tuple[float, ...], allowed: tuple[float, ...]) -> tuple[float, ...]:
+    """Return errors that are told larger where the tolerance leaves room: a change may be small by chance.
+
+    earlier: the change before the last one. Where the discretisation cannot be finer, all of ROOM is told.
+    """
+    good = all(one <= most for one, most in zip(left, allowed, strict=True))
+    return tuple(
+        max(one, min(ROOM * before, most) if good else ROOM * before)
+        for one, before, most in zip(left, earlier, allowed, strict=True)
+    )
 
 
 def remaining(

@@ -3,12 +3,14 @@
 Stage   STUDY, read by `spec`.
 Model   An axis is written as a list of values, or as a range {"from", "to", "count", "spacing"}: count values from one
         end to the other, both included, at equal steps or, with the spacing "log", at equal ratios. Text has its unit.
-        In a study of samples an axis is a range without a count.
+        In a study of samples an axis is a range without a count. Fields that change together are an axis over their
+        section, such as `texture`, whose values are objects.
 Limits  Numbers and text with units are not mixed in one axis, since a bare number would be in SI beside millimetres.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -27,7 +29,7 @@ from synth.scene.scene import Scene
 from synth.scene.section import Section, inner_section, rule_of
 from synth.scene.text import pointer
 
-GROUPS = "groups"
+GROUPS, SECTION = "groups", "an object with fields of the section"
 GROUP = Quantity(Dimension.NONE, 1e-12, 1e12)
 RANGE = ("from", "to", "count", "spacing")
 SPACINGS = ("linear", "log")
@@ -39,7 +41,7 @@ class Axis:
     """A field and its values.
 
     name: dotted field, or "groups." and the name of a group.
-    values: SI numbers or words, in order; of a study of samples both ends of the range.
+    values: SI numbers, words or objects, in order; of a study of samples both ends of the range.
     unit: SI; "" for a ratio or words.
     log: whether a range is divided at equal ratios.
     """
@@ -58,6 +60,11 @@ class Axis:
         """Return the values at `part` of the way from one end of its range to the other, 0 to 1."""
         low, high = self.values
         return np.asarray(low * (high / low) ** part if self.log else low + (high - low) * part)
+
+
+def label(value: Any) -> Any:
+    """Return a value as it labels a scene: an object as JSON."""
+    return json.dumps(value, sort_keys=True) if isinstance(value, dict) else value
 
 
 def read_axis(name: str, written: object, *, sampled: bool) -> Axis:
@@ -98,9 +105,11 @@ def _rule(name: str) -> Any:
             if number == len(rest):
                 return rule_of(section, part)
             break
+        if number == len(rest):
+            return SECTION
         section = inner
     hint = "Write a field of a scene (docs/scene.md), such as texture.period, or a group, such as groups.period_ratio."
-    raise _refused(name, name, "a field that holds one value", hint)
+    raise _refused(name, name, "a field that holds one value, or a section", hint)
 
 
 def _range(name: str, written: Mapping[Any, Any], rule: Any, *, sampled: bool) -> Axis:
@@ -145,6 +154,10 @@ def _not_mixed(name: str, values: Any) -> None:
 def _read(name: str, value: object, rule: Any, number: int | None = None) -> Any:
     """Return a number in SI; words and switches as they are, since a scene checks them with the rest of its section."""
     where = name if number is None else f"{name}/{number}"
+    if rule == SECTION:
+        if isinstance(value, Mapping) and value:
+            return dict(value)
+        raise _refused(where, value, SECTION, 'Write {"period": "0.4 mm", "amplitude": "5 um"}.')
     if not isinstance(rule, Quantity):
         if isinstance(value, str | bool | int | float):
             return value

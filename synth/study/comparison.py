@@ -2,8 +2,9 @@
 
 Stage   STUDY.
 Model   The fundamental of the recording is searched around speed over period, and gives the speed that fits. The
-        model's lines at that speed (`steady_outcome`) are set beside the lines that are found. Where the scale of the
-        recording is not known, one gain is chosen: the median of the differences in dB over the lines that are found.
+        model's lines at that speed (`steady_outcome`, `force_outcome`) are set beside the lines that are found. Where
+        the scale of the recording is not known, one gain is chosen: the median of the differences in dB over the lines
+        that are found.
 Source  Welch spectra and the rule for lines: `line_search`.
 Limits  A steady scan on a texture. What the model leaves out, such as the resonance of a sensor, is in the differences.
 """
@@ -20,10 +21,12 @@ from synth.arrays import Array
 from synth.errors import Fault, InvalidRequest, shown
 from synth.scene.merge import merge_patch
 from synth.scene.scene import Scene, parse_scene, scene_document
+from synth.study.force_outcome import FORCE, force_lines
 from synth.study.line_search import Line, Spectrum, fundamental_of, lines_at, spectrum_of
 from synth.study.steady_outcome import outcome_of
 from synth.study.variables import QUANTITIES
 
+COMPARED = (*QUANTITIES, FORCE)
 SEARCH = 0.15  # of the stated speed, to each side
 MOST_LINES, PHASES = 64, 1024
 FEWEST = 256  # samples of a recording
@@ -44,7 +47,7 @@ class Compared:
 class Comparison:
     """A recording beside a scene.
 
-    name: of the recording. quantity: of QUANTITIES. rate: Hz.
+    name: of the recording. quantity: of COMPARED. rate: Hz.
     stated_speed, speed: of the scene, and the one that fits, m/s; None where no line is found.
     gain: dB that is added to the recording; None: its scale is known.
     lines: compared lines. spectrum: of the recording, without the gain.
@@ -71,7 +74,7 @@ class Comparison:
 def compared(scene: Scene, values: Array, rate: float, quantity: str, name: str, *, scaled: bool) -> Comparison:
     """Return a recording beside `scene`.
 
-    values: one channel, SI if `scaled`. rate: Hz. quantity: one of QUANTITIES.
+    values: one channel, SI if `scaled`. rate: Hz. quantity: one of COMPARED.
     Raises InvalidRequest for a quantity or a recording that cannot be compared, SceneError as `outcome_of` does.
     """
     _check(values, rate, quantity, scene)
@@ -92,8 +95,7 @@ def compared(scene: Scene, values: Array, rate: float, quantity: str, name: str,
         fits = f"The lines fit a speed of {1e3 * speed:.4g} mm/s, {off:+.2g} % off the stated one"
         warnings.append(f"{fits}: the speed, the period or the rate of the recording is another.")
     document = merge_patch(scene_document(scene), {"scan": {"speed": speed}, "output": {"bandwidth": "full"}})
-    model = outcome_of(parse_scene(document), PHASES, count)["line_amplitude"]
-    sizes = model * (2.0 * math.pi * fundamental * np.arange(1, count + 1)) ** QUANTITIES.index(quantity)
+    sizes = _model(parse_scene(document), quantity, fundamental, count)
     differences = [
         20.0 * math.log10(one.amplitude / size) if one.found and size > 0.0 and one.amplitude > 0.0 else None
         for one, size in zip(measured, sizes.tolist(), strict=True)
@@ -105,6 +107,14 @@ def compared(scene: Scene, values: Array, rate: float, quantity: str, name: str,
         differences = [None if one is None else one + gain for one in differences]
     lines = tuple(Compared(*pair) for pair in zip(measured, sizes.tolist(), differences, strict=True))
     return Comparison(name, quantity, rate, stated, speed, gain, lines, spectrum, tuple(warnings))
+
+
+def _model(scene: Scene, quantity: str, fundamental: float, count: int) -> Array:
+    """Return the amplitudes of the model's lines, SI."""
+    if quantity == FORCE:
+        return force_lines(scene, count)
+    lines = outcome_of(scene, PHASES, count)["line_amplitude"]
+    return np.asarray(lines * (2.0 * math.pi * fundamental * np.arange(1, count + 1)) ** QUANTITIES.index(quantity))
 
 
 def _doubts(values: Array) -> list[str]:
@@ -121,9 +131,9 @@ def _doubts(values: Array) -> list[str]:
 
 def _check(values: Array, rate: float, quantity: str, scene: Scene) -> None:
     faults = []
-    if quantity not in QUANTITIES:
-        allowed = f"one of {', '.join(QUANTITIES)}"
-        faults.append(Fault("/quantity", shown(quantity), allowed, "A force has no model here yet."))
+    if quantity not in COMPARED:
+        allowed = f"one of {', '.join(COMPARED)}"
+        faults.append(Fault("/quantity", shown(quantity), allowed, "Write the quantity of the recording."))
     if values.ndim != 1 or len(values) < FEWEST or not np.all(np.isfinite(values)):
         allowed = f"one channel of at least {FEWEST} finite samples"
         faults.append(Fault("/recording", f"an array of shape {values.shape}", allowed, "Choose a channel."))

@@ -12,15 +12,17 @@ from __future__ import annotations
 import json
 import os
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from synth.errors import CannotRender, Fault, InvalidRequest
+from synth.study.axes import label
 from synth.study.chunks import REASON, chunks_of, read
 from synth.study.spec import StudySpec
-from synth.study.variables import LINE, QUANTITIES, QUANTITY, UNITS, VARIABLES
+from synth.study.variables import LINE, QUANTITIES, QUANTITY, UNITS, VARIABLES, shape_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -46,10 +48,10 @@ def dataset_of(spec: StudySpec, numbers: dict[str, Any]) -> Dataset:
     grid = spec.sample is None
     over = tuple(axis.name for axis in spec.axes) if grid else (SAMPLE,)
     columns = {axis.name: list(axis.values) for axis in spec.axes} if grid else spec.columns()
-    coordinates = {
-        axis.name: ((axis.name,) if grid else (SAMPLE,), np.array(columns[axis.name]), {"units": axis.unit})
-        for axis in spec.axes
-    }
+    coordinates = {}
+    for axis in spec.axes:
+        values = np.array([label(one) for one in columns[axis.name]])
+        coordinates[axis.name] = ((axis.name,) if grid else (SAMPLE,), values, {"units": axis.unit})
     coordinates[LINE] = (LINE,), np.arange(1, spec.lines + 1), {"long_name": "multiple of the fundamental"}
     coordinates[QUANTITY] = (QUANTITY,), np.array(QUANTITIES), {}
     variables = {}
@@ -64,14 +66,22 @@ def dataset_of(spec: StudySpec, numbers: dict[str, Any]) -> Dataset:
     told = {"long_name": "why a scene is not solved: 0, or its place in `reasons`", "reasons": json.dumps(reasons)}
     variables[REASON] = over, index.reshape(spec.shape), told
     attributes = {"title": "ridgewave study", "spec": json.dumps(spec.document()), "key": spec.key}
+    attributes |= {} if spec.figure is None else {"figure": spec.figure}
     found: Dataset = xarray.Dataset(variables, coordinates, attributes)
     return found
+
+
+def blank(spec: StudySpec) -> Dataset:
+    """Return the dataset of a study before anything is solved: every number is NaN, of one line."""
+    short = replace(spec, lines=1)
+    numbers = {one.name: np.full((spec.count, *shape_of(one, 1)), np.nan) for one in VARIABLES}
+    return dataset_of(short, numbers | {REASON: np.full(spec.count, "")})
 
 
 def table_of(spec: StudySpec, numbers: dict[str, Any]) -> DataFrame:
     """Return a row for each scene: its axes, then its numbers; lines and quantities as columns of their own."""
     pandas = needed("pandas")
-    columns: dict[str, Any] = dict(spec.columns())
+    columns: dict[str, Any] = {name: [label(one) for one in values] for name, values in spec.columns().items()}
     for one in VARIABLES:
         values = numbers[one.name]
         if one.along == QUANTITY:
@@ -81,6 +91,21 @@ def table_of(spec: StudySpec, numbers: dict[str, Any]) -> DataFrame:
         else:
             columns[one.name if one.name not in columns else f"{one.name}_"] = values
     found: DataFrame = pandas.DataFrame(columns | {REASON: numbers[REASON]})
+    return found
+
+
+def opened(path: Path) -> Any:
+    """Return the dataset in `path` (.nc or .zarr), as a context. Raises InvalidRequest for another file."""
+    xarray = needed("xarray")
+    try:
+        found = xarray.open_zarr(path) if path.suffix == ".zarr" else xarray.open_dataset(path, engine="scipy")
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        hint = "Write the file that a study has made."
+        raise InvalidRequest([Fault("/spec", str(path), "a finished study that exists", hint)]) from error
+    if "spec" not in found.attrs:
+        found.close()
+        hint = "Write the file that a study has made."
+        raise InvalidRequest([Fault("/spec", str(path), "a dataset of ridgewave study", hint)])
     return found
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 SOUNDS, TABLES = (".wav", ".flac"), (".csv", ".parquet")
 TIMES = ("t", "time", "t (s)", "time (s)", "time_s")
 STEPS = 0.05  # of the mean step
+MOST_SAMPLES = 1 << 24  # of a file from anybody: a FLAC of 1 MB may hold hours of silence
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +85,25 @@ def read_recording(
         return _table(path, column, rate, scale)
     allowed = f"a name that ends in {', '.join((*SOUNDS, *TABLES))}"
     raise _refused("/recording", str(path), allowed, "Export the recording as WAV or CSV.")
+
+
+def recording_in(content: bytes, *, channel: int = 0, scale: float | None = None) -> Recording:
+    """Return one channel of the WAV or FLAC file with these bytes, which may come from anybody.
+
+    Raises InvalidRequest as `read_recording` does, and where the file would unpack to more than MOST_SAMPLES.
+    """
+    import soundfile
+
+    from synth.encode.sound_files import load
+
+    try:
+        known = soundfile.info(BytesIO(content))
+    except soundfile.LibsndfileError:
+        raise _refused("/recording", f"{len(content)} bytes", "a WAV or FLAC file", "Is it complete?") from None
+    if known.frames * known.channels > MOST_SAMPLES:
+        allowed = f"at most {MOST_SAMPLES} samples"
+        raise _refused("/recording", f"{known.frames * known.channels} samples", allowed, "Send a part of it.")
+    return _of_sound(load(BytesIO(content)), "recording", channel, scale)
 
 
 def _sound(path: Path, channel: int, scale: float | None) -> Recording:

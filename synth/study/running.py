@@ -31,43 +31,50 @@ AHEAD = 2  # chunks that wait for each worker
 TRIED, START = 4, 2.0  # scenes by which the time is foreseen; s until processes have begun
 Progress = Callable[[int, int], None]
 """Called with the number of scenes done, and of all scenes."""
+Work = Callable[[Chunk, Path], int]
+"""What is done for a chunk, in a process that can import it; returns its number of scenes."""
 
 
-def run(
-    spec: StudySpec, folder: Path, *, workers: int | None = None, scheduler: str | None = None,
-    progress: Progress | None = None,
-) -> None:  # fmt: skip
-    """Solve every chunk of `spec` that `folder` does not have, and keep it there.
-
-    workers: processes; None for one a processor; 1 for this process.
-    scheduler: address of a Dask scheduler, in place of processes.
-    Raises CannotRender where workers die again and again, and OSError where a chunk cannot be written.
-    """
-    done, todo = 0, []
-    for chunk in chunks_of(spec):
-        if read(chunk, folder) is None:
-            todo.append(chunk)
-        else:
-            done += len(chunk.values)
-    if progress is not None:
-        progress(done, spec.count)
-    several = min(workers or os.cpu_count() or 1, len(todo))
-    if scheduler is not None:
-        finished = _on_cluster(todo, folder, scheduler)
-    elif several > 1:
-        finished = _in_processes(todo, folder, several)
-    else:
-        finished = (finish(chunk, folder) for chunk in todo)
-    for scenes in finished:
-        done += scenes
-        if progress is not None:
-            progress(done, spec.count)
+def is_solved(chunk: Chunk, folder: Path) -> bool:
+    """Return whether `folder` has the numbers of a chunk."""
+    return read(chunk, folder) is not None
 
 
 def finish(chunk: Chunk, folder: Path) -> int:
     """Solve a chunk, keep it in `folder`, and return its number of scenes."""
     write(chunk, solved(chunk), folder)
     return len(chunk.values)
+
+
+def run(
+    spec: StudySpec, folder: Path, *, workers: int | None = None, scheduler: str | None = None,
+    progress: Progress | None = None, work: Work = finish, is_done: Callable[[Chunk, Path], bool] = is_solved,
+) -> None:  # fmt: skip
+    """Carry out `work` for every chunk of `spec` of which `is_done` is false: solve it, and keep it in `folder`.
+
+    workers: processes; None for one a processor; 1 for this process.
+    scheduler: address of a Dask scheduler, in place of processes; it solves chunks and does no other work.
+    Raises CannotRender where workers die again and again, and OSError where a chunk cannot be written.
+    """
+    done, todo = 0, []
+    for chunk in chunks_of(spec):
+        if is_done(chunk, folder):
+            done += len(chunk.values)
+        else:
+            todo.append(chunk)
+    if progress is not None:
+        progress(done, spec.count)
+    several = min(workers or os.cpu_count() or 1, len(todo))
+    if scheduler is not None:
+        finished = _on_cluster(todo, folder, scheduler)
+    elif several > 1:
+        finished = _in_processes(todo, folder, several, work)
+    else:
+        finished = (work(chunk, folder) for chunk in todo)
+    for scenes in finished:
+        done += scenes
+        if progress is not None:
+            progress(done, spec.count)
 
 
 def foreseen(spec: StudySpec, workers: int | None = None) -> float:
@@ -82,7 +89,7 @@ def foreseen(spec: StudySpec, workers: int | None = None) -> float:
     return seconds / several + (START if several > 1 else 0.0)
 
 
-def _in_processes(todo: list[Chunk], folder: Path, workers: int) -> Iterator[int]:
+def _in_processes(todo: list[Chunk], folder: Path, workers: int, work: Work) -> Iterator[int]:
     """Yield the scenes of each chunk that a process has finished. Chunks of a process that died are solved again."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     left, tried = {chunk.first: chunk for chunk in todo}, dict.fromkeys((chunk.first for chunk in todo), 0)
@@ -95,7 +102,7 @@ def _in_processes(todo: list[Chunk], folder: Path, workers: int) -> Iterator[int
                     while left:
                         for chunk in coming:
                             tried[chunk.first] += 1
-                            waiting[pool.submit(finish, chunk, folder)] = chunk
+                            waiting[pool.submit(work, chunk, folder)] = chunk
                             if len(waiting) >= AHEAD * workers:
                                 break
                         for future in wait(waiting, return_when="FIRST_COMPLETED").done:

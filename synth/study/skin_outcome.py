@@ -22,7 +22,7 @@ from synth.contact.finger_columns import areas_above
 from synth.contact.scene_contact import contact_of
 from synth.effects.effect import Kind
 from synth.errors import Fault, SceneError
-from synth.perception.skin import harmonics_over_phase, intensity, pattern_felt, vibration_felt
+from synth.perception.skin import harmonics_over_phase, intensity, pattern_felt, spatial_variation, vibration_felt
 from synth.plan.contact_picture import surfaces_of
 from synth.plan.effect_choice import asked
 from synth.plan.request import harmonics_in_band
@@ -58,7 +58,7 @@ def skin_felt(scene: Scene) -> dict[str, Any]:
         highest = harmonics_in_band(scene, highest)
     spacing = float(places[1] - places[0])
     moved = vibration_felt(series[: highest + 1], spacing, abs(scene.scan.speed) / scene.texture.period)
-    pattern = pattern_felt(series, places, scene.texture.period)
+    pattern = pattern_felt(series, places, scene.texture.period, abs(scene.scan.speed))
     vibrates = any(one.level is not None and one.level > 0.0 for one in moved)
     spatial = pattern.level is not None and pattern.level > 0.0
     return {
@@ -66,6 +66,7 @@ def skin_felt(scene: Scene) -> dict[str, Any]:
         "receptors": [asdict(one) for one in (pattern, *moved)],
         "pacinian_power": moved[-1].power,
         "intensity": intensity(moved),
+        "spatial_variation": spatial_variation(pattern),
         "felt_by": FELT_BY.get((vibrates, spatial), "nothing"),
     }
 
@@ -75,7 +76,10 @@ def levels_of(scene: Scene) -> dict[str, float]:
     felt = skin_felt(scene)
     found = {f"{one['receptor'].lower()}_level": one["level"] for one in felt["receptors"]}
     levels = {name: -math.inf if level is None else float(level) for name, level in found.items()}
-    return levels | {"intensity": felt["intensity"]}
+    drives = {f"{one['receptor'].lower()}_drive": one["drive"] for one in felt["receptors"]}
+    components = max(one["components"] for one in felt["receptors"][1:])
+    told = {name: felt[name] for name in ("intensity", "spatial_variation", "pacinian_power")}
+    return levels | drives | told | {"components": components}
 
 
 def phases_of(scene: Scene) -> int:

@@ -2,13 +2,11 @@
 
 Stage   STUDY.
 Model   {"scene": ..., "axes": {field: values, ...}, "sample": null, "phases": 256, "lines": 32, "skin": false,
-         "most_scenes": 200000}
+         "figure": null, "most_scenes": 200000}
         Without `sample` every combination of the axes is a scene; the last axis changes first. With it, scenes are
-        samples between the ends of each axis: {"kind": "latin_hypercube" | "sobol", "count": n, "seed": 0}. With
-        {"kind": "points"} the axes have equally many values, and scene n has the nth of each.
+        drawn between the ends of each axis (`samples`). `figure` names what draws it, and changes no number.
         Fields are merged into the scene as a PATCH request does. Groups come last: contact length, texture and load
         follow from them (`contact.groups`).
-Source  Latin hypercube and Sobol samples: scipy.stats.qmc.
 Limits  A combination that is no scene is recorded with its reason and does not stop the others.
 """
 
@@ -17,35 +15,26 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from copy import deepcopy
 from dataclasses import asdict, dataclass
 from hashlib import sha256
 from typing import Any
 
 import numpy as np
 
-from synth.arrays import Array
 from synth.contact.groups import with_groups
 from synth.errors import Fault, SceneError, shown
 from synth.scene.merge import merge_patch
 from synth.scene.scene import Scene, parse_scene, scene_document
 from synth.scene.text import object_from_text
 from synth.study.axes import GROUPS, Axis, read_axis
+from synth.study.samples import LARGEST, POINTS, Sample, read_sample, whole_number
 
-FIELDS = ("scene", "axes", "sample", "phases", "lines", "skin", "most_scenes")
-SAMPLE, SAMPLES, POINTS = ("kind", "count", "seed"), ("latin_hypercube", "sobol"), "points"
+FIELDS = ("scene", "axes", "sample", "phases", "lines", "skin", "figure", "most_scenes")
 PHASES, LEAST_PHASES, MOST_PHASES = 256, 16, 1 << 16
 LINES, MOST_LINES = 32, 4096
-MOST_SCENES, LARGEST = 200_000, 1 << 31
+MOST_SCENES = 200_000
 MOST_BYTES, OTHER_NUMBERS = 8 << 30, 40  # of the result; numbers of a scene beside its lines
-
-
-@dataclass(frozen=True, slots=True)
-class Sample:
-    """How scenes are drawn between the ends of the axes; with POINTS, how many values each axis has."""
-
-    kind: str
-    count: int
-    seed: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +47,7 @@ class StudySpec:
     phases: solutions per period of the texture.
     lines: recorded lines.
     skin: whether what the receptors of the skin feel is recorded, too.
+    figure: name of the figure that shows it; None for the usual one.
     """
 
     scene: dict[str, Any]
@@ -66,11 +56,13 @@ class StudySpec:
     phases: int
     lines: int
     skin: bool = False
+    figure: str | None = None
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Number of scenes along each dimension of the result."""
-        return (self.sample.count,) if self.sample else tuple(len(axis.values) for axis in self.axes)
+        axes = self.axes
+        return (self.sample.scenes(len(axes)),) if self.sample else tuple(len(axis.values) for axis in axes)
 
     @property
     def count(self) -> int:
@@ -87,22 +79,13 @@ class StudySpec:
         if self.listed:
             return {axis.name: list(axis.values) for axis in self.axes}
         if self.sample is not None:
-            drawn = self._drawn(self.sample)
+            drawn = self.sample.drawn(len(self.axes))
             return {axis.name: axis.at(part).tolist() for axis, part in zip(self.axes, drawn.T, strict=True)}
         places = np.unravel_index(np.arange(self.count), self.shape)
         return {
             axis.name: [axis.values[place] for place in along.tolist()]
             for axis, along in zip(self.axes, places, strict=True)
         }
-
-    def _drawn(self, sample: Sample) -> Array:
-        """Return the samples [scenes, axes], each from 0 to 1."""
-        from scipy.stats import qmc
-
-        if sample.kind == "sobol":
-            drawn = qmc.Sobol(len(self.axes), seed=sample.seed).random_base2(math.ceil(math.log2(sample.count)))
-            return np.asarray(drawn[: sample.count])
-        return np.asarray(qmc.LatinHypercube(len(self.axes), seed=sample.seed).random(sample.count))
 
     def document(self) -> dict[str, Any]:
         """Return the spec as JSON, with numbers in SI."""
@@ -127,14 +110,14 @@ def scene_at(base: dict[str, Any], values: Mapping[str, Any]) -> Scene:
     patch: dict[str, Any] = {}
     groups = {}
     for name, value in values.items():
-        first, *rest = name.split(".")
-        if first == GROUPS:
-            groups[rest[0]] = float(value)
+        *above, last = name.split(".")
+        if above == [GROUPS]:
+            groups[last] = float(value)
             continue
         inner = patch
-        for part in (first, *rest[:-1]):
+        for part in above:
             inner = inner.setdefault(part, {})
-        inner[rest[-1]] = value
+        inner[last] = inner.get(last, {}) | deepcopy(value) if isinstance(value, dict) else value
     scene = parse_scene(merge_patch(base, patch))
     return with_groups(scene, groups) if groups else scene
 
@@ -148,7 +131,7 @@ def read_spec(document: object) -> StudySpec:
         if name not in FIELDS:
             raise _refused(f"/{name}", written[name], f"one of {', '.join(FIELDS)}", "Check the spelling.")
     scene = scene_document(parse_scene({} if written.get("scene") is None else written["scene"]))
-    axes, faults, sample = written.get("axes"), list[Fault](), _sample(written.get("sample"))
+    axes, faults, sample = written.get("axes"), list[Fault](), read_sample(written.get("sample"))
     if not isinstance(axes, Mapping) or not axes:
         hint = 'Write, for example, {"texture.period": {"from": "0.1 mm", "to": "10 mm", "count": 50}}.'
         raise _refused("/axes", axes, "at least one field with its values", hint)
@@ -162,15 +145,18 @@ def read_spec(document: object) -> StudySpec:
         raise SceneError(faults)
     if sample is not None and sample.kind == POINTS:
         sample = Sample(POINTS, _same_length(found), 0)
-    phases = _whole(written, "phases", PHASES, LEAST_PHASES, MOST_PHASES)
+    phases = whole_number(written, "phases", PHASES, LEAST_PHASES, MOST_PHASES)
     if phases & (phases - 1):
         raise _refused("/phases", phases, "a power of two", f"Write {1 << phases.bit_length()}.")
-    lines = _whole(written, "lines", LINES, 1, MOST_LINES)
+    lines = whole_number(written, "lines", LINES, 1, MOST_LINES)
     skin = written.get("skin", False)
     if not isinstance(skin, bool):
         raise _refused("/skin", skin, "true or false", "Write true to record what the receptors feel.")
-    spec = StudySpec(scene, tuple(found), sample, phases, lines, skin)
-    most = _whole(written, "most_scenes", MOST_SCENES, 1, LARGEST)
+    figure = written.get("figure")
+    if figure is not None and not isinstance(figure, str):
+        raise _refused("/figure", figure, "the name of a figure", "Leave it out for the usual one.")
+    spec = StudySpec(scene, tuple(found), sample, phases, lines, skin, figure)
+    most = whole_number(written, "most_scenes", MOST_SCENES, 1, LARGEST)
     if spec.count > most:
         sizes = " x ".join(map(str, spec.shape))
         hint = f"Write fewer values, or most_scenes {spec.count} if you mean it."
@@ -192,31 +178,6 @@ def _same_length(axes: list[Axis]) -> int:
             allowed = f"{count} values, as {axes[0].name} has"
             raise _refused(f"/axes/{axis.name}", f"{len(axis.values)} values", allowed, hint)
     return count
-
-
-def _sample(written: object) -> Sample | None:
-    if written is None:
-        return None
-    if not isinstance(written, Mapping) or any(name not in SAMPLE for name in written):
-        hint = 'Write {"kind": "latin_hypercube", "count": 1000, "seed": 0}.'
-        raise _refused("/sample", written, f"null, or an object with {', '.join(SAMPLE)}", hint)
-    if written.get("kind") == POINTS:
-        for name in (one for one in ("count", "seed") if one in written):
-            raise _refused(f"/sample/{name}", written[name], "nothing with points", "The axes list every scene.")
-        return Sample(POINTS, 0, 0)
-    if written.get("kind") not in SAMPLES:
-        raise _refused("/sample/kind", written.get("kind"), f"{', '.join(SAMPLES)} or {POINTS}", "Check the spelling.")
-    count = _whole(written, "count", None, 1, LARGEST, "/sample")
-    return Sample(str(written["kind"]), count, _whole(written, "seed", 0, 0, LARGEST, "/sample"))
-
-
-def _whole(written: Mapping[Any, Any], name: str, default: int | None, low: int, high: int, above: str = "") -> int:
-    """Return a whole number of the spec."""
-    value = written.get(name, default)
-    value = default if value is None else value
-    if not isinstance(value, int) or isinstance(value, bool) or not low <= value <= high:
-        raise _refused(f"{above}/{name}", value, f"a whole number from {low} to {high}", f"Write {default or 1000}.")
-    return value
 
 
 def _words_fit(spec: StudySpec) -> None:

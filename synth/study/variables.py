@@ -47,7 +47,13 @@ VARIABLES = (
     Variable("sa1_level", "dB", "", "strongest wave of the spatial pattern over the threshold of SA1"),
     Variable("ra_level", "dB", "", "strongest line of the skin's vibration over the threshold of RA"),
     Variable("pc_level", "dB", "", "strongest line of the skin's vibration over the threshold of PC"),
+    Variable("sa1_drive", "1/s", "", "rate of the strain of the pattern, behind the low-pass of SA1"),
+    Variable("ra_drive", "1/s", "", "rate of the strain of the vibration, behind the low-pass of RA"),
+    Variable("pc_drive", "1/s", "", "rate of the strain of the vibration, behind the low-pass of PC"),
     Variable("intensity", "", "", "of the skin's vibration, in thresholds"),
+    Variable("pacinian_power", "", "", "of the skin's vibration: sum of (amplitude / threshold of PC)^2"),
+    Variable("spatial_variation", "", "", "of the pattern over places, standard deviation in thresholds of SA1"),
+    Variable("components", "", "", "lines of RA or PC that are felt beside the others, the larger number"),
 )
 """NaN where a number is not known or has no meaning."""
 

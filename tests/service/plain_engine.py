@@ -171,6 +171,11 @@ class PlainEngine:
             "felt_by": "nothing",
         }
 
+    def analyze_recording(
+        self, content: bytes, *, quantity: str | None = None, scale: float | None = None, channel: int = 0
+    ) -> dict[str, Any]:
+        return self.analyze(Scene())
+
     def picture(self, scene: Scene, points: int | None, phases: int | None) -> dict[str, Any]:
         self._about_to("picture")
         return {

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 import re
 import threading
+from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
 import pytest
+import soundfile
 from fastapi import FastAPI
 
 import ridgewave as rw
@@ -57,6 +59,41 @@ def test_an_analysis_is_that_of_the_command_and_refuses_what_is_not_steady() -> 
     for change in changes:
         document = problem(ask(app, "POST", "/v1/analyze", json=change), 422, "scene-refused")
         assert document["errors"][0]["hint"]
+
+
+@pytest.mark.parametrize(("name", "kind"), [("scan.wav", "audio/wav"), ("scan.flac", "audio/x-flac")])
+def test_a_recording_is_analysed_as_in_python(name: str, kind: str, tmp_path: Path) -> None:
+    app, path = create_app(settings_of(), SynthEngine(0)), tmp_path / name
+    t = np.arange(24_000) / 8000.0
+    soundfile.write(path, 0.5 * np.cos(2.0 * np.pi * 200.0 * t), 8000, subtype="PCM_16")
+    headers = {"Content-Type": kind}
+    found = ask(app, "POST", "/v1/analyze?quantity=acceleration&scale=9.81", content=path.read_bytes(), headers=headers)
+    assert found.json() == rw.analyze(path, quantity="acceleration", scale=9.81)
+    own = rw.render({}, output={"duration": "1 s"}).save(tmp_path / f"own-{name}")
+    found = ask(app, "POST", "/v1/analyze", content=own.read_bytes(), headers=headers)
+    assert found.json() == rw.analyze(own), "a file of ridgewave says its quantity and its scale"
+
+
+def test_a_recording_that_cannot_be_analysed_is_refused_with_what_to_write(tmp_path: Path) -> None:
+    app, path, wav = create_app(settings_of(), SynthEngine(0)), tmp_path / "scan.wav", {"Content-Type": "audio/wav"}
+    soundfile.write(path, 0.1 * np.ones(8000), 8000)
+    whole = path.read_bytes()
+    long = tmp_path / "long.flac"
+    soundfile.write(long, np.zeros(20_000_000, np.int16), 48000)
+    assert long.stat().st_size < 400_000
+    known, packed = "?scale=1&quantity=velocity", long.read_bytes()
+    cases = [
+        ("?scale", "", whole), ("?quantity", "?scale=1", whole), ("?channel", f"{known}&channel=4", whole),
+        ("/recording", known, whole[:20]), ("/recording", known, packed),
+    ]  # fmt: skip
+    for pointer, query, content in cases:
+        answer = ask(app, "POST", f"/v1/analyze{query}", content=content, headers=wav)
+        document = problem(answer, 422, "request-refused")
+        assert document["errors"][-1]["pointer"] == pointer and document["errors"][-1]["hint"]
+    asked = ask(app, "POST", "/v1/analyze?scale=2", json={})
+    assert problem(asked, 422, "request-refused")["errors"][0]["pointer"] == "?scale"
+    problem(ask(app, "POST", "/v1/analyze?scale=-1", content=whole, headers=wav), 422, "request-refused")
+    problem(ask(app, "POST", "/v1/analyze", content=whole, headers={"Content-Type": "audio/mpeg"}), 415, "not-json")
 
 
 def test_a_picture_has_the_heights_over_an_area() -> None:

@@ -1,8 +1,10 @@
-"""`POST /v1/render`: the sound of a scene; `POST /v1/explain`: its plan; `POST /v1/analyze`: what is felt of it."""
+"""`POST /v1/render`: the sound of a scene; `POST /v1/explain`: its plan; `POST /v1/analyze`: what is felt of it, or of
+a recording.
+"""
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Query, Request
 from pydantic import BaseModel, ConfigDict, Field
@@ -10,11 +12,15 @@ from starlette.responses import JSONResponse, Response
 
 from service.compute.render_steps import Order
 from service.http import openapi
-from service.http.request_body import read_body
+from service.http.request_body import JSON, media_type_of, read_body
 from service.lifespan import service_of
+from service.problems import refused
+from synth.encode.containers import CONTAINERS
 from synth.encode.formats import SoundFormat
+from synth.errors import shown
 
 router = APIRouter(tags=["render"])
+SOUNDS = frozenset(CONTAINERS["wav"].media_types + CONTAINERS["flac"].media_types)
 READS = ("too-large", "not-json", "scene-refused", "request-refused", "cannot-render", "full", "closing")
 
 
@@ -57,16 +63,36 @@ async def explain(request: Request) -> Response:
     return await service.renders.answer(Order("explain"), text, request)
 
 
+class AnalysisParameters(BaseModel):
+    """The query of an analysis: of a recorded vibration only."""
+
+    model_config = ConfigDict(extra="forbid")
+    quantity: Literal["displacement", "velocity", "acceleration"] | None = Field(
+        default=None, description="What the samples are, where the file does not say it."
+    )
+    scale: Annotated[float, Field(ge=1e-12, le=1e12)] | None = Field(
+        default=None, description="SI value of a sample of 1, where the file does not say it."
+    )
+    channel: Annotated[int, Field(ge=0, le=1023)] | None = Field(default=None, description="The channel, from 0.")
+
+
 @router.post(
     "/v1/analyze",
     operation_id="analyze",
-    summary="Tell what is felt of a scene",
+    summary="Tell what is felt of a scene or a recording",
     response_class=JSONResponse,
     responses=openapi.answer_of("Analysis", "What is felt.") | openapi.problem_answers(*READS),
-    openapi_extra=openapi.body(openapi.SCENE),
+    openapi_extra=openapi.body(openapi.SCENE, SOUNDS),
 )
-async def analyze(request: Request) -> Response:
-    """What the whole finger and each class of receptors feel of a steady scan on a texture along a line."""
+async def analyze(request: Request, parameters: Annotated[AnalysisParameters, Query()]) -> Response:
+    """What the whole finger and each class of receptors feel: of a steady scan on a texture along a line, or of a WAV
+    or FLAC file.
+    """
     service = service_of(request)
-    text = await read_body(request)
-    return await service.renders.answer(Order("analyze"), text, request)
+    body = await read_body(request, JSON | SOUNDS)
+    told = parameters.model_dump(exclude_none=True)
+    if media_type_of(request) in SOUNDS:
+        return await service.renders.answer(Order("analyze", recording=told), body, request)
+    for name in told:
+        raise refused(f"?{name}", shown(told[name]), "nothing with a scene", "Leave it out, or send a sound file.")
+    return await service.renders.answer(Order("analyze"), body, request)

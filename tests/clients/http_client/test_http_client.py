@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 import soundfile
 
+import ridgewave as rw
 from clients import (
     AsyncClient,
     Client,
@@ -116,10 +117,12 @@ def test_a_texture_is_imported_used_and_deleted(client: Client, tmp_path: Path) 
     assert {fault.pointer for fault in refused.value.faults} == {"/unit", "/pixel"}
 
 
-def test_every_other_call_is_there(client: Client) -> None:
+def test_every_other_call_is_there(client: Client, tmp_path: Path) -> None:
     assert client.healthz()
     assert client.explain({})["simulated"] == []
     assert client.analyze({})["felt_by"] == "nothing"  # so the plain engine says
+    rw.render({}, output={"duration": "0.1 s"}).save(tmp_path / "scan.wav")
+    assert client.analyze_recording(tmp_path / "scan.wav", scale=2.0, quantity="velocity")["felt_by"] == "nothing"
     assert client.accuracy({}, quantity="acceleration")["methods"]
     assert client.accuracy({}, live=True)["methods"]
     names = [entry["name"] for entry in client.textures()]

@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.signal import butter, sosfilt
 
 import ridgewave as rw
 from synth.perception.half_space import strain_gain, strain_under_probe
 from synth.perception.receptors import PC, RA, SA1
-from synth.perception.skin import Felt, harmonics_over_phase, intensity, pattern_felt, vibration_felt
+from synth.perception.skin import (
+    Felt,
+    felt_of_lines,
+    harmonics_over_phase,
+    intensity,
+    nothing_felt,
+    pattern_felt,
+    spatial_variation,
+    vibration_felt,
+)
 
 PERIOD, LENGTH, PLACES, PHASES = 5e-3, 400e-3, 8000, 64
 X = np.linspace(0.0, LENGTH, PLACES, endpoint=False)
@@ -24,7 +35,7 @@ def felt(pressure: Any, fundamental: float = 80.0) -> tuple[Felt, Felt, Felt]:
     """Return what SA1, RA and PC feel of a pressure [phases, places]."""
     series = harmonics_over_phase(pressure, 8)
     ra, pc = vibration_felt(series, LENGTH / PLACES, fundamental)
-    return pattern_felt(series, X, PERIOD), ra, pc
+    return pattern_felt(series, X, PERIOD, fundamental * PERIOD), ra, pc
 
 
 def test_a_wave_that_passes_vibrates_and_is_a_pattern() -> None:
@@ -64,8 +75,35 @@ def test_thresholds_are_those_of_the_probe_that_measured_them() -> None:
 
 
 def test_intensity_is_the_larger_channel_and_half_of_the_smaller() -> None:
-    channels = [Felt("RA", 0.0, 0.0, 16.0, None, 0.0), Felt("PC", 0.0, 0.0, 100.0, None, 0.0)]
+    channels = [replace(nothing_felt(one), power=power) for one, power in ((RA, 16.0), (PC, 100.0))]
     assert intensity(channels) == pytest.approx(10.0 + 2.0)
+
+
+def test_the_spatial_variation_is_the_deviation_of_the_strain_over_places() -> None:
+    """Of a pattern with two waves, read from the pressure itself: its strain at the depth of SA1, place by place."""
+    waves = ((1, 1e3), (3, 400.0))
+    turns = X / PERIOD - THETA
+    pressure = 5e3 + sum(p * np.cos(2.0 * math.pi * m * turns) for m, p in waves)
+    sa1, *_ = felt(pressure)
+    strain = sum(
+        p * float(strain_gain(np.array([2.0 * math.pi * m / PERIOD]), SA1.depth)[0])
+        * np.cos(2.0 * math.pi * m * X / PERIOD)
+        for m, p in waves
+    )  # fmt: skip
+    assert spatial_variation(sa1) == pytest.approx(float(np.std(strain)) / SA1.threshold(np.zeros(1))[0], rel=1e-6)
+
+
+@pytest.mark.parametrize("receptor", [SA1, RA, PC], ids=lambda one: one.name)
+def test_the_drive_is_the_rate_of_the_strain_behind_a_filter(receptor: Any) -> None:
+    """Against the same lines as a waveform, through a Butterworth filter of SciPy far above its rate."""
+    rate, lines = 100_000.0, {40.0: 3e-4, 130.0: 1e-4, 520.0: 2e-5}
+    t = np.arange(round(rate)) / rate
+    wave = sum(size * np.cos(2.0 * math.pi * f * t + f) for f, size in lines.items())
+    moved = np.gradient(wave, 1.0 / rate)
+    passed = sosfilt(butter(3, receptor.cutoff, fs=rate, output="sos"), moved)[len(t) // 2 :]
+    expected = float(np.sqrt(np.mean(passed**2)))
+    found = felt_of_lines(receptor, np.array(list(lines)), np.array(list(lines.values())))
+    assert found.drive == pytest.approx(expected, rel=2e-3)
 
 
 def scene(finger: str, period: float, **scan: float) -> dict[str, Any]:

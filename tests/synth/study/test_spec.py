@@ -57,12 +57,48 @@ def test_a_scene_has_the_values_of_its_axes() -> None:
     assert grown.texture.period == 8e-4
 
 
+def test_fields_that_change_together_are_an_axis_over_their_section() -> None:
+    textures = [{"period": "0.4 mm", "amplitude": "4 um"}, {"kind": "grating", "period": "2 mm", "height": "30 um"}]
+    spec = read_spec({"axes": {"texture": textures, "scan.load": [0.1, 0.2]}})
+    columns = spec.columns()
+    scenes = [scene_at(spec.scene, {name: columns[name][number] for name in columns}) for number in range(spec.count)]
+    assert [one.texture.kind for one in scenes] == ["sinusoid"] * 2 + ["grating"] * 2
+    assert [one.texture.period for one in scenes] == [4e-4, 4e-4, 2e-3, 2e-3]
+    assert scenes[0].texture.amplitude == 4e-6 and spec.axes[0].values == tuple(textures), "the spec is unchanged"
+    assert read_spec(spec.document()) == spec
+    found = rw.sweep({}, {"texture": textures}, phases=64, lines=1)
+    assert found.rms.dims == ("texture", "quantity") and "grating" in str(found.texture.values[1])
+    both = scene_at(spec.scene, {"texture": textures[0], "texture.period": 1e-3})
+    assert (both.texture.period, both.texture.amplitude) == (1e-3, 4e-6)
+
+
+def test_the_design_of_saltelli_changes_one_axis_at_a_time() -> None:
+    spec = read_spec({"axes": OPEN, "sample": {"kind": "saltelli", "count": 16, "seed": 3}})
+    assert spec.shape == (64,)
+    columns = spec.columns()
+    sets = np.array([columns[name] for name in OPEN]).reshape(2, 4, 16)
+    first, second, period, load = np.moveaxis(sets, 1, 0)
+    assert np.all(first != second)
+    np.testing.assert_array_equal(period, [second[0], first[1]])
+    np.testing.assert_array_equal(load, [first[0], second[1]])
+
+
+def test_the_figure_changes_no_number() -> None:
+    plain, drawn = (read_spec({"axes": PERIOD} | change) for change in ({}, {"figure": "curves"}))
+    assert plain.key == drawn.key and drawn.figure == "curves"
+
+
 REFUSED: dict[str, tuple[Any, str]] = {
     "no object": ([1], "axes"),
     "unknown key": ({"axes": PERIOD, "phase": 4}, "phases"),
     "no axes": ({}, "at least one field"),
     "unknown field": ({"axes": {"texture.perod": [1.0]}}, "a field that holds one value"),
-    "a section": ({"axes": {"texture": [{}]}}, "a field that holds one value"),
+    "an empty section": ({"axes": {"texture": [{}]}}, "an object with fields"),
+    "a section of numbers": ({"axes": {"finger": [1.0]}}, "an object with fields"),
+    "a field that the section has not": ({"axes": {"texture": [{"perod": 1e-3}]}}, "period"),
+    "a range of sections": ({"axes": {"texture": {"from": 1, "to": 2, "count": 3}}}, "a list of values"),
+    "saltelli of another number": ({"axes": OPEN, "sample": {"kind": "saltelli", "count": 6}}, "power of two"),
+    "no name of a figure": ({"axes": PERIOD, "figure": 3}, "the name of a figure"),
     "unknown group": ({"axes": {"groups.tau": [1.0]}}, "groups.ridges"),
     "empty list": ({"axes": {"scan.load": []}}, "at least one value"),
     "empty range": ({"axes": {"scan.load": {"from": 2.0, "to": 1.0, "count": 3}}}, "smaller value to a larger"),

@@ -1,10 +1,11 @@
-"""How the figures of docs/ look, and how they are written: SVG and PNG, the same bytes from the same versions."""
+"""How figures look, and how they are written: the same bytes from the same versions. Needs the extra `plots`."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
 
+import matplotlib
 import numpy as np
 import numpy.typing as npt
 from matplotlib.figure import Figure
@@ -23,6 +24,12 @@ LOOK: Any = {
 }
 INK, FAINT = "#1d2733", "#8a94a0"
 BLUE, RED, GREEN = "#1f6f8b", "#b5482a", "#5d8a3a"
+WITHOUT_DATE = {
+    ".svg": {"Date": None, "Creator": None},
+    ".png": {"Software": None},
+    ".pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
+"""Endings of a figure, and the metadata that would differ from one time to the next."""
 
 Real = npt.NDArray[np.float64]
 
@@ -34,5 +41,11 @@ def new_figure(width: float, height: float) -> Figure:
 
 def saved(figure: Figure, folder: Path, name: str) -> None:
     """Write NAME.svg and NAME.png into `folder`, without dates."""
-    figure.savefig(folder / f"{name}.svg", metadata={"Date": None, "Creator": None})
-    figure.savefig(folder / f"{name}.png", dpi=200, metadata={"Software": None})
+    for ending in (".svg", ".png"):
+        save(figure, folder / f"{name}{ending}")
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write `figure` to `path` (an ending of WITHOUT_DATE), without dates. Raises OSError."""
+    with matplotlib.rc_context(LOOK):
+        figure.savefig(path, dpi=200, metadata=WITHOUT_DATE[path.suffix.lower()])

@@ -1,0 +1,27 @@
+"""Whether one analysis is told from another, in the words of `skin_outcome` and `sound_outcome`.
+
+Stage   STUDY.
+Model   `perception.discrimination`, over the intensity of vibration, the strongest line of the channel with the larger
+        power, and whether a spatial pattern is felt.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+from synth.perception.discrimination import Sensation, told_apart
+from synth.perception.receptors import VIBRATION
+
+
+def beside(first: dict[str, Any], second: dict[str, Any]) -> dict[str, Any]:
+    """Return `verdict`, and by how much `second` differs from `first`: `level_db` and `frequency`, a part of it."""
+    found = asdict(told_apart(_sensation(first), _sensation(second)))
+    return {"verdict": found["verdict"], "level_db": found["level"], "frequency": found["frequency"]}
+
+
+def _sensation(felt: dict[str, Any]) -> Sensation:
+    names = [one.name for one in VIBRATION]
+    leading = max((one for one in felt["receptors"] if one["receptor"] in names), key=lambda one: one["power"])
+    words = felt["felt_by"]
+    return Sensation(felt["intensity"], leading["frequency"], "vibration" in words, "pattern" in words)
