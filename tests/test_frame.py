@@ -74,12 +74,13 @@ def test_what_is_imported_is_required() -> None:
     """
     from tests.test_layers import ROOMS, imports_of, sources
 
-    figures = ("clients/accuracy_report/figure.py", "clients/compare_figure.py", "synth/encode/sound.py")
-    drawing = {ROOT / name for name in figures}
+    figures = ("accuracy_report/figure.py", "compare_figure.py", "figure_look.py")
+    drawing = {ROOT / "clients" / name for name in figures} | {ROOT / "synth" / "encode" / "sound.py"}
+    drawing |= set((ROOT / "clients" / "study_figures").glob("*.py"))
     reading = {ROOT / "synth" / "surfaces" / "readers" / "topography_package.py"}
     extras = PROJECT["optional-dependencies"]
     labelling = {ROOT / "synth" / "encode" / "sound_views.py"}
-    studying = {ROOT / "ridgewave" / "studies.py", *(ROOT / "synth" / "study").glob("*.py")}
+    studying = drawing | {ROOT / "ridgewave" / "studies.py", *(ROOT / "synth" / "study").glob("*.py")}
     plots, surfaces, xarray, study = (
         {requirement_name(each) for each in extras[name]} for name in ("plots", "surfaces", "xarray", "study")
     )

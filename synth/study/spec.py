@@ -29,12 +29,13 @@ from synth.scene.scene import Scene, parse_scene, scene_document
 from synth.scene.text import object_from_text
 from synth.study.axes import GROUPS, Axis, read_axis
 from synth.study.samples import LARGEST, POINTS, Sample, read_sample, whole_number
+from synth.study.variables import VARIABLES, shape_of
 
 FIELDS = ("scene", "axes", "sample", "phases", "lines", "skin", "figure", "most_scenes")
 PHASES, LEAST_PHASES, MOST_PHASES = 256, 16, 1 << 16
 LINES, MOST_LINES = 32, 4096
 MOST_SCENES = 200_000
-MOST_BYTES, OTHER_NUMBERS = 8 << 30, 40  # of the result; numbers of a scene beside its lines
+MOST_BYTES = 8 << 30  # of the result
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +162,7 @@ def read_spec(document: object) -> StudySpec:
         sizes = " x ".join(map(str, spec.shape))
         hint = f"Write fewer values, or most_scenes {spec.count} if you mean it."
         raise _refused("/axes", f"{sizes} = {spec.count} scenes", f"at most {most} scenes", hint)
-    nbytes = 8 * spec.count * (2 * lines + OTHER_NUMBERS)
+    nbytes = 8 * spec.count * sum(math.prod(shape_of(one, lines)) for one in VARIABLES)
     if nbytes > MOST_BYTES:
         hint = "Write fewer scenes or fewer lines."
         raise _refused("/lines", lines, f"a result of at most {MOST_BYTES >> 30} GB; this has {nbytes >> 30}", hint)

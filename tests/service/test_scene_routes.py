@@ -61,7 +61,10 @@ def test_an_analysis_is_that_of_the_command_and_refuses_what_is_not_steady() -> 
         assert document["errors"][0]["hint"]
 
 
-@pytest.mark.parametrize(("name", "kind"), [("scan.wav", "audio/wav"), ("scan.flac", "audio/x-flac")])
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [("scan.wav", "audio/wav"), ("scan.flac", "audio/x-flac"), ("file.wav", "application/octet-stream")],
+)
 def test_a_recording_is_analysed_as_in_python(name: str, kind: str, tmp_path: Path) -> None:
     app, path = create_app(settings_of(), SynthEngine(0)), tmp_path / name
     t = np.arange(24_000) / 8000.0

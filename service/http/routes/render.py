@@ -20,7 +20,8 @@ from synth.encode.formats import SoundFormat
 from synth.errors import shown
 
 router = APIRouter(tags=["render"])
-SOUNDS = frozenset(CONTAINERS["wav"].media_types + CONTAINERS["flac"].media_types)
+FILE = "application/octet-stream"
+SOUNDS = frozenset((FILE, *CONTAINERS["wav"].media_types, *CONTAINERS["flac"].media_types))
 READS = ("too-large", "not-json", "scene-refused", "request-refused", "cannot-render", "full", "closing")
 
 
@@ -82,11 +83,11 @@ class AnalysisParameters(BaseModel):
     summary="Tell what is felt of a scene or a recording",
     response_class=JSONResponse,
     responses=openapi.answer_of("Analysis", "What is felt.") | openapi.problem_answers(*READS),
-    openapi_extra=openapi.body(openapi.SCENE, SOUNDS),
+    openapi_extra=openapi.body(openapi.SCENE, [FILE]),
 )
 async def analyze(request: Request, parameters: Annotated[AnalysisParameters, Query()]) -> Response:
     """What the whole finger and each class of receptors feel: of a steady scan on a texture along a line, or of a WAV
-    or FLAC file.
+    or FLAC file. A file may also be named audio/wav or audio/flac.
     """
     service = service_of(request)
     body = await read_body(request, JSON | SOUNDS)
