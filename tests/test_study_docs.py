@@ -88,6 +88,7 @@ def test_analyze_tells_by_what_a_texture_is_felt(ridgewave: RunsRidgewave) -> No
     ("change", "words", "message"),
     [
         ({"figure": "duplx"}, (), b"curves, period-ratio"),
+        ({"figure": "duplx"}, ("-o", "map.nc"), b"curves, period-ratio"),
         ({}, ("--figure", "map.gif"), b".svg, .png, .pdf"),
         ({"figure": "duplex"}, (), b"skin"),
         ({"figure": "sensitivity"}, (), b"saltelli"),

@@ -18,6 +18,7 @@ from clients.command_line.exit_codes import DONE, invalid_request
 from clients.command_line.printing import print_json, print_table, say, warn
 from clients.command_line.progress import Progress, Waiting
 from service.store.own_textures import with_imported
+from synth.errors import CannotRender
 from synth.scene.text import object_from_text
 from synth.scene.texture_registry import with_files
 from synth.study.ready import ready_names, ready_text
@@ -68,8 +69,8 @@ def _checked(arguments: argparse.Namespace) -> StudySpec:
     spec = read_spec(document)
     if arguments.dataset:
         _check_dataset(arguments)
+    check_figure(spec.figure, arguments.figure or ())
     if arguments.figure:
-        check_figure(spec.figure, arguments.figure)
         needed("xarray")
         check_study(spec)
     return spec
@@ -102,6 +103,10 @@ def _solve(spec: StudySpec, arguments: argparse.Namespace) -> dict[str, Any]:
     with _progress("solving", spec.count, parts, arguments) as progress:
         solve(spec, parts, workers=arguments.workers, scheduler=arguments.scheduler, progress=progress)
     numbers = numbers_of(spec, parts)
+    failed = [reason for reason in numbers["reason"].tolist() if reason]
+    if len(failed) == spec.count:
+        shutil.rmtree(parts, ignore_errors=True)
+        raise CannotRender(f"None of the scenes can be solved, so nothing is written. The first: {failed[0]}")
     if arguments.output:
         write_result(spec, numbers, path)
     if arguments.figure:
@@ -109,7 +114,6 @@ def _solve(spec: StudySpec, arguments: argparse.Namespace) -> dict[str, Any]:
 
         draw(dataset_of(spec, numbers), arguments.figure)
     shutil.rmtree(parts, ignore_errors=True)
-    failed = [reason for reason in numbers["reason"].tolist() if reason]
     reasons = sorted(set(failed))[:SHOWN_REASONS]
     if not arguments.json:
         rows = [("file", one) for one in (arguments.output, *(arguments.figure or ())) if one]

@@ -27,7 +27,7 @@ ENDINGS = (".svg", ".png", ".pdf")
 
 
 def check_figure(name: str | None, paths: Sequence[str]) -> None:
-    """Raise InvalidRequest for an unknown figure or ending, CannotRender without the extra `plots`."""
+    """Raise InvalidRequest for an unknown figure or ending, CannotRender where `paths` need the extra `plots`."""
     if name is not None and name not in FIGURES:
         raise InvalidRequest([Fault("/figure", name, f"one of {', '.join(FIGURES)}", "Check the spelling.")])
     for path in paths:
@@ -35,7 +35,8 @@ def check_figure(name: str | None, paths: Sequence[str]) -> None:
             allowed = f"a name that ends in {', '.join(ENDINGS)}"
             raise InvalidRequest([Fault("/figure", path, allowed, "Write map.svg.")])
     try:
-        import_module("matplotlib")
+        if paths:
+            import_module("matplotlib")
     except ModuleNotFoundError:
         raise CannotRender("A figure needs matplotlib: pip install 'ridgewave[plots]'.") from None
 

@@ -35,6 +35,9 @@ def test_bad_specs_end_before_anything_is_computed(ridgewave: RunsRidgewave, tmp
     for spec, word in (({"axes": {"texture.perod": [1]}}, "texture.perod"), ({"axes": {}}, "at least one field")):
         done = ridgewave("study", str(written(tmp_path, spec)), "-o", str(tmp_path / "map.nc"))
         assert done.returncode == 2 and word in str(done.stderr) and "Traceback" not in str(done.stderr)
+    stroke = {"scene": {"scan": {"stroke": {}}}, "axes": {"texture.period": [1e-3, 2e-3]}}
+    none = ridgewave("study", str(written(tmp_path, stroke)), "-o", str(tmp_path / "map.nc"), "--workers", "1")
+    assert none.returncode == 1 and "not steady" in str(none.stderr) and "Traceback" not in str(none.stderr)
     missing = ridgewave("study", str(tmp_path / "none.json"), "-o", str(tmp_path / "map.nc"))
     assert missing.returncode == 2 and "exists" in str(missing.stderr)
     assert not list(tmp_path.glob("map.nc*"))
