@@ -41,7 +41,8 @@ def _spectrum(axes: Any, one: Any) -> None:
     found = [(line.measured.frequency, line.measured.amplitude * gain) for line in one.lines if line.measured.found]
     if found:
         axes.plot(*zip(*found, strict=True), "x", ms=4.0, color=INK, label="lines found")
+    name = f"{one.quantity.replace('_', ' ')} ({unit_of(one.quantity).replace('^2', '$^2$')})"
     top = one.lines[-1].measured.frequency * 1.1
-    axes.set(yscale="log", xlim=(0.0, top), xlabel="frequency (Hz)", ylabel=f"{one.quantity} ({unit_of(one.quantity)})")
+    axes.set(yscale="log", xlim=(0.0, top), xlabel="frequency (Hz)", ylabel=f"amplitude of lines, {name}")
     axes.set_title(one.name, fontsize=9)
     axes.legend(fontsize=7, frameon=False)

@@ -24,6 +24,7 @@ LOOK: Any = {
 }
 INK, FAINT = "#1d2733", "#8a94a0"
 BLUE, RED, GREEN = "#1f6f8b", "#b5482a", "#5d8a3a"
+ORANGE, YELLOW = "#d55e00", "#e3b505"  # with BLUE and INK told apart by the colour-blind
 WITHOUT_DATE = {
     ".svg": {"Date": None, "Creator": None},
     ".png": {"Software": None},
@@ -32,6 +33,11 @@ WITHOUT_DATE = {
 """Endings of a figure, and the metadata that would differ from one time to the next."""
 
 Real = npt.NDArray[np.float64]
+
+
+def shade(number: int, count: int) -> Any:
+    """Return the colour of one of `count` lines in order, from dark to light."""
+    return matplotlib.colormaps["viridis"](0.8 * number / max(1, count - 1))
 
 
 def new_figure(width: float, height: float) -> Figure:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ridgewave.scenes import parse_scene
+from synth.errors import Fault, InvalidRequest, shown
 from synth.scene.scene import scene_document
 
 if TYPE_CHECKING:
@@ -39,8 +40,9 @@ def sweep(
     scene: as `parse_scene`; the axes change it.
     axes: values of fields ("texture.period", "scan.load") or of groups ("groups.period_ratio"): lists, arrays, or
         ranges {"from": "0.1 mm", "to": "10 mm", "count": 50, "spacing": "log"}.
-    sample: None for every combination; {"kind": "latin_hypercube" or "sobol", "count": n, "seed": 0}; or
-        {"kind": "points"}: scene n has the nth value of every axis.
+    sample: None for every combination; {"kind": "latin_hypercube" or "sobol", "count": n, "seed": 0};
+        {"kind": "saltelli", "count": n}: n (axes + 2) scenes for Sobol indices; or {"kind": "points"}: scene n has the
+        nth value of every axis.
     phases: solutions per period, a power of two; the error that they leave is in the dataset.
     lines: recorded lines of the spectrum.
     skin: whether what the receptors of the skin feel is recorded, too.
@@ -57,6 +59,9 @@ def sweep(
     from synth.study.running import run
     from synth.study.spec import read_spec
 
+    if workers is not None and workers < 1:
+        hint = "Write 1 for this process, or None for one a processor."
+        raise InvalidRequest([Fault("/workers", shown(workers), "a whole number from 1, or None", hint)])
     needed("xarray")
     document = {"scene": scene_document(parse_scene(scene)), "axes": axes, "sample": sample}
     spec = read_spec({**document, "phases": phases, "lines": lines, "skin": skin, "most_scenes": most_scenes})
@@ -98,8 +103,14 @@ def analyze(
     from synth.study.sound_outcome import sound_felt
 
     if isinstance(source, Sound | np.ndarray) or (isinstance(source, str | os.PathLike) and is_recording(source)):
+        if fields:
+            hint = "Leave it out: a recording is as it is."
+            raise InvalidRequest([Fault(f"/{next(iter(fields))}", "set", "nothing with a recording", hint)])
         known = recording_of(source, "sound", column=column, channel=channel, rate=rate, scale=scale)
         return sound_felt(known, quantity)
+    told = {"quantity": quantity, "rate": rate, "scale": scale, "column": column}
+    for name in (name for name, value in told.items() if value is not None):
+        raise InvalidRequest([Fault(f"/{name}", shown(told[name]), "nothing with a scene", "Leave it out.")])
     return skin_felt(parse_scene(source, **fields))
 
 
@@ -139,12 +150,12 @@ def compare(
     Example: rw.compare({}, rw.render({}, output={"duration": "1 s"}))[0].speed
     """
     from synth.study.comparison import compared
-    from synth.study.recordings import recording_of
+    from synth.study.recordings import quantity_of, recording_of
 
     checked, found = parse_scene(scene), []
     for number, one in enumerate(recordings):
         name = f"recording {number + 1}"
         known = recording_of(one, name, column=column, channel=channel, rate=rate, scale=scale)
-        said = quantity or known.quantity
+        said = quantity_of(known, quantity)
         found.append(compared(checked, known.values, known.rate, said, known.name, scaled=known.scaled))
     return found

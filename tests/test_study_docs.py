@@ -92,7 +92,7 @@ def test_analyze_tells_by_what_a_texture_is_felt(ridgewave: RunsRidgewave) -> No
         ({}, ("--figure", "map.gif"), b".svg, .png, .pdf"),
         ({"figure": "duplex"}, (), b"skin"),
         ({"figure": "sensitivity"}, (), b"saltelli"),
-        ({"axes": {"texture.kind": ["denim-72x56"]}}, (), b"one of them of numbers"),
+        ({"axes": {"texture.kind": ["denim-72x56"]}}, (), b"one of them of two numbers or more"),
     ],
 )
 def test_a_figure_that_cannot_be_drawn_says_what_it_needs(

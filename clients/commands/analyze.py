@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from clients.command_line.exit_codes import DONE
+from clients.command_line.exit_codes import DONE, invalid_request
 from clients.command_line.printing import print_json, print_table
 from clients.command_line.scene_argument import check_unchanged, read_scene
 
@@ -67,8 +67,14 @@ def _felt(arguments: argparse.Namespace, source: str) -> dict[str, Any]:
     from synth.study.sound_outcome import sound_felt
 
     if not is_recording(source):
+        for name in ("quantity", "rate", "scale", "column"):
+            value = getattr(arguments, name)
+            if value is not None and not is_recording(arguments.scene) and not is_recording(arguments.beside or ""):
+                invalid_request(f"--{name}", str(value), "nothing with a scene", "Leave it out.")
         return skin_felt(read_scene(argparse.Namespace(**vars(arguments) | {"scene": source})))
     check_unchanged(arguments, "a recording")
+    if arguments.everyday:
+        invalid_request("--everyday", "true", "nothing with a recording", "Leave it out.")
     known = read_recording(
         Path(source), column=arguments.column, channel=arguments.channel, rate=arguments.rate, scale=arguments.scale
     )

@@ -16,14 +16,18 @@ SHOWN = 16  # lines in the table
 def run(arguments: argparse.Namespace) -> int:
     """Carry out the command; raises InvalidRequest, CannotRender, OSError."""
     from synth.study.comparison import compared
-    from synth.study.recordings import read_recording
+    from synth.study.recordings import quantity_of, read_recording
 
+    if arguments.output is not None:
+        from clients.study_figures import check_figure
+
+        check_figure(None, [arguments.output])
     scene, made = read_scene(arguments), []
     for path in arguments.recordings:
         recording = read_recording(
             Path(path), column=arguments.column, channel=arguments.channel, rate=arguments.rate, scale=arguments.scale
         )
-        quantity = arguments.quantity or recording.quantity
+        quantity = quantity_of(recording, arguments.quantity)
         if not quantity:
             hint = "Write --quantity acceleration, velocity, displacement or tangential_force."
             invalid_request("--quantity", "none", "the quantity of a recording that does not say it", hint)

@@ -7,6 +7,7 @@ OUT.parts, from which the same command goes on after an interrupt; they are dele
 from __future__ import annotations
 
 import argparse
+import json
 import shutil
 import sys
 from collections.abc import Callable, Iterator
@@ -34,7 +35,10 @@ SHOWN_REASONS = 10
 def run(arguments: argparse.Namespace) -> int:
     """Carry out the command; raises InvalidRequest, CannotRender, OSError."""
     if arguments.print:
-        print(_text(arguments.spec), end="")
+        if Path(arguments.spec).suffix in FINISHED:
+            invalid_request("--print", arguments.spec, "a spec", "Its attribute `spec` has it.")
+        text = _text(arguments.spec)
+        print(text if isinstance(text, str) else json.dumps(object_from_text(text), indent=2))
         return DONE
     if Path(arguments.spec).suffix in FINISHED:
         return _draw_again(arguments)
@@ -76,6 +80,13 @@ def _checked(arguments: argparse.Namespace) -> StudySpec:
     return spec
 
 
+def _duration(seconds: float) -> str:
+    """Return a rough time in words."""
+    if seconds < 100.0:
+        return f"{seconds:.2g} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 6000.0 else f"{seconds / 3600.0:.0f} h"
+
+
 def _check_dataset(arguments: argparse.Namespace) -> None:
     from synth.study.waveforms import MANIFEST
 
@@ -97,7 +108,7 @@ def _solve(spec: StudySpec, arguments: argparse.Namespace) -> dict[str, Any]:
 
     with Waiting("trying some scenes", arguments.progress):
         seconds = foreseen(spec, arguments.workers)
-    say(f"{spec.count} scenes, some {seconds:.2g} s")
+    say(f"{spec.count} scenes, some {_duration(seconds)}")
     path = Path(arguments.output or arguments.figure[0])
     parts = path.with_name(f"{path.name}.parts")
     with _progress("solving", spec.count, parts, arguments) as progress:
@@ -160,7 +171,8 @@ def _progress(
 
             yield progress
     except (KeyboardInterrupt, OSError):
-        warn(f"finished scenes are kept in {parts}; the same command goes on from there")
+        if any(parts.glob("*")):
+            warn(f"finished scenes are kept in {parts}; the same command goes on from there")
         raise
 
 

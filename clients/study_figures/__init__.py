@@ -72,5 +72,6 @@ def _checked(found: Dataset) -> Any:
 
 def cannot_draw(name: str, needs: str) -> NoReturn:
     """Raise InvalidRequest: the study has not what the figure `name` needs."""
-    hint = f"See `ridgewave study {name} --print`, or leave `figure` out of the spec."
+    ready = f"See `ridgewave study {name} --print`, or leave `figure` out of the spec."
+    hint = "Write another axis, or leave --figure out." if name == USUAL else ready
     raise InvalidRequest([Fault("/figure", name, f"a study with {needs}", hint)])

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from clients.figure_look import BLUE, FAINT, GREEN, RED, new_figure
+from clients.figure_look import BLUE, FAINT, INK, ORANGE, new_figure
 from clients.study_figures import cannot_draw
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
 NEEDS = ("finger.ridge_period", "finger.ridge_amplitude", "groups.load", "groups.period_ratio")
-COLOURS = (BLUE, RED, GREEN, FAINT)
+COLOURS = (BLUE, ORANGE, INK, FAINT)
 
 
 def check(found: Dataset) -> None:
@@ -47,5 +47,5 @@ def drawn(found: Dataset) -> Figure:
     right.set(xscale="log", yscale="log", xlabel="period of the texture over that of the ridges, Lambda")
     right.set_ylabel("rms displacement over ridge amplitude")
     right.set_title(f"on the groups: they differ by at most {spread:.0e} of the largest", fontsize=8.5)
-    right.legend(frameon=False, fontsize=7.5, loc="lower left")
+    figure.legend(*right.get_legend_handles_labels(), frameon=False, fontsize=7.5, loc="outside lower center", ncols=4)
     return figure

@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from clients.figure_look import INK, new_figure
+from clients.figure_look import INK, new_figure, shade
 from clients.study_figures import cannot_draw
 from clients.study_figures.axes import in_unit, is_log, is_number
 from synth.study.dataset import SAMPLE
@@ -21,14 +21,14 @@ from synth.study.dataset import SAMPLE
 if TYPE_CHECKING:
     from xarray import Dataset
 
-MOST_COLUMNS, MOST_LINES = 4, 12
+MOST_COLUMNS, MOST_LINES, LONGEST = 4, 12, 40  # letters of a name
 DOUBTFUL = 0.1  # of the peak-to-peak
 
 
 def check(found: Dataset) -> None:
     """Refuse a study without an axis of numbers, or with too many lines."""
-    if not any(name != SAMPLE and is_number(found, name) for name in found.reason.dims):
-        cannot_draw("curves", "a grid of axes, one of them of numbers")
+    if not any(name != SAMPLE and is_number(found, name) and found.sizes[name] > 1 for name in found.reason.dims):
+        cannot_draw("curves", "a grid of axes, one of them of two numbers or more")
     if np.prod([found.sizes[name] for name in _parts(found)[2]]) > MOST_LINES:
         cannot_draw("curves", f"at most {MOST_LINES} lines: values beside the longest axis")
 
@@ -57,7 +57,8 @@ def drawn(found: Dataset) -> Figure:
     grid[1, 0].set_ylabel("whole finger over threshold (dB)")
     if lines:
         title = ", ".join(in_unit(found, name)[1] if is_number(found, name) else name for name in lines)
-        grid[0, 0].legend(frameon=False, fontsize=7.0, title=title, title_fontsize=7.0)
+        named = grid[0, 0].get_legend_handles_labels()
+        figure.legend(*named, frameon=False, fontsize=7.0, title=title, title_fontsize=7.0, loc="outside right upper")
     return figure
 
 
@@ -66,9 +67,10 @@ def _curves(rows: Any, part: Dataset, along: str, lines: list[str]) -> None:
     rms = part.rms.sel(quantity="acceleration")
     places = list(product(*(range(part.sizes[name]) for name in lines)))
     for number, place in enumerate(places):
-        colour = _colour(number, len(places))
+        colour = shade(number, len(places))
         at = dict(zip(lines, place, strict=True))
         values, told = rms.isel(at).values, part.error.sel(quantity="acceleration").isel(at).values
+        values = np.where(values > 0.0, values, np.nan)  # nothing is in the band
         rows[0].plot(x, values, ":", color=colour, lw=0.8)
         rows[0].plot(x, np.where(told <= DOUBTFUL, values, np.nan), color=colour, lw=1.0, label=_name(part, at))
         rows[1].plot(x, part.sensation_level.isel(at), color=colour, lw=1.0)
@@ -84,10 +86,9 @@ def _curves(rows: Any, part: Dataset, along: str, lines: list[str]) -> None:
 def _name(part: Dataset, at: dict[str, int]) -> str:
     """Return what a line is called in the legend."""
     told = [in_unit(part, name)[0][n] if is_number(part, name) else part[name].values[n] for name, n in at.items()]
-    return ", ".join(f"{one:.3g}" if isinstance(one, float) else str(one) for one in told)
+    return ", ".join(f"{one:.3g}" if isinstance(one, float) else _words(str(one)) for one in told)
 
 
-def _colour(number: int, count: int) -> Any:
-    from matplotlib import colormaps
-
-    return colormaps["viridis"](0.9 * number / max(1, count - 1))
+def _words(value: str) -> str:
+    """Return a value without the marks of JSON."""
+    return "".join(letter for letter in value if letter not in '{}"')[:LONGEST]

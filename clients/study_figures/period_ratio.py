@@ -10,21 +10,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from clients.figure_look import BLUE, FAINT, GREEN, INK, RED, new_figure
+from clients.figure_look import INK, new_figure, shade
 from clients.study_figures import cannot_draw
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
 NEEDS = ("groups.ridges", "groups.amplitude_ratio", "groups.load", "groups.period_ratio")
-COLOURS = (BLUE, GREEN, RED, FAINT)
+MOST_LOADS = 6
 LEAST = 1e-4  # of the ridge amplitude, lower edge of the figure
 
 
 def check(found: Dataset) -> None:
     """Refuse a study with other axes."""
-    if set(found.reason.dims) != set(NEEDS) or found.sizes[NEEDS[2]] > len(COLOURS):
-        cannot_draw("period-ratio", f"the axes {', '.join(NEEDS)}, and at most {len(COLOURS)} loads")
+    if set(found.reason.dims) != set(NEEDS) or found.sizes[NEEDS[2]] > MOST_LOADS:
+        cannot_draw("period-ratio", f"the axes {', '.join(NEEDS)}, and at most {MOST_LOADS} loads")
 
 
 def drawn(found: Dataset) -> Figure:
@@ -36,12 +36,12 @@ def drawn(found: Dataset) -> Figure:
     for (row, column), axes in np.ndenumerate(grid):
         tau, a = ridges[row], amplitudes[column]
         some = moved.sel({NEEDS[0]: tau, NEEDS[1]: a})
-        for load, colour in zip(loads, COLOURS, strict=False):
+        for number, load in enumerate(loads):
+            colour = shade(number, len(loads))
             axes.plot(ratios, some.sel({NEEDS[2]: load}), color=colour, lw=0.8, label=f"W = {load:g}")
         law = a / np.sqrt(2.0) * np.abs(np.sinc(tau / ratios))
         axes.plot(ratios, law, ":", color=INK, lw=1.0, label="sinc law, full contact")
-        axes.axvline(tau, color=INK, lw=0.5, ls="--")
-        axes.text(1.04 * tau, 1.3 * LEAST, "period = contact length", fontsize=6.5, rotation=90)
+        axes.axvline(tau, color=INK, lw=0.5, ls="--", label="period = contact length")
         axes.set(xscale="log", yscale="log", ylim=(LEAST, 2.0), title=f"{tau:g} ridges, A = {a:g}")
         if row == len(ridges) - 1:
             axes.set_xlabel("period of the texture over that of the ridges, Lambda")

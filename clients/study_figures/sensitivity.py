@@ -49,9 +49,10 @@ def drawn(found: Dataset) -> Figure:
         bars = np.abs(np.stack([values - interval.low, interval.high - values]))
         ticks = {"ecolor": INK, "elinewidth": 0.8}
         axes.bar(places + shift, values, 0.34, yerr=bars, color=colour, label=label, error_kw=ticks)
-    axes.set_xticks(places, [_label(found, name) for name in names])
+    ends = {name: (axis["from"], axis["to"]) for name, axis in spec["axes"].items()}
+    axes.set_xticks(places, [_label(found, name, ends[name]) for name in names])
     axes.axhline(0.0, color=INK, lw=0.6)
-    axes.set(title=f"{found.sizes['sample']:,} scenes", ylim=(-0.1, 1.1))
+    axes.set(title=f"{found.sizes['sample']:,} scenes; bars: 95 % of the bootstrap", ylim=(-0.1, 1.1))
     of = "log10 rms displacement\nover ridge amplitude" if of_groups else "the level over\nthreshold (dB)"
     axes.set_ylabel(f"Sobol index of {of}")
     axes.legend(frameon=False, fontsize=7.5)
@@ -65,15 +66,11 @@ def _over_ridges(found: Dataset) -> Real:
     return np.asarray(np.log10(np.maximum(moved, LEAST * np.max(moved))), np.float64)
 
 
-def _short(value: float) -> str:
-    """Return a value with two digits: samples end short of the ends of their range."""
-    return f"{float(f'{value:.2g}'):g}"
-
-
-def _label(found: Dataset, name: str) -> str:
+def _label(found: Dataset, name: str, ends: tuple[float, float]) -> str:
     """Return an axis with its range, in two or three lines."""
     values, words = in_unit(found, name)
-    span = f"{_short(np.min(values))}-{_short(np.max(values))}"
+    shown = np.array(ends) * (float(values[0]) / float(found[name].values[0]))
+    span = f"{shown[0]:.4g}-{shown[1]:.4g}"
     if name in SYMBOLS:
         return f"{SYMBOLS[name]}\n{span}"
     what, _, unit = words.partition(" (")

@@ -57,6 +57,7 @@ def told_apart(first: Sensation, second: Sensation) -> Discrimination:
         return Discrimination(VERDICTS[2], level, frequency)
     if not first.vibration or level is None or frequency is None:
         return Discrimination(VERDICTS[0], level, frequency)
-    steps = (abs(level), AMPLITUDE), (max(frequency, -frequency / (1.0 + frequency)), FREQUENCY)
+    ratio = max(first.frequency, second.frequency) / min(first.frequency, second.frequency) - 1.0
+    steps = (abs(level), AMPLITUDE), (ratio, FREQUENCY)
     verdict = max((apart >= low) + (apart > high) for apart, (low, high) in steps)
     return Discrimination(VERDICTS[verdict], level, frequency)

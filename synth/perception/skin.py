@@ -27,8 +27,10 @@ from synth.arrays import Array
 from synth.perception.half_space import strain_gain
 from synth.perception.masking import unmasked
 from synth.perception.receptors import SA1, VIBRATION, Receptor
+from synth.perception.threshold import FAINTEST_DB
 
 WINDOW = 4  # times the length of the finger over which waves are taken, so that its ends do not meet
+FAINTEST = 10.0 ** (FAINTEST_DB / 20.0)  # of the threshold
 PRESSED = 1e-3  # of the largest mean pressure: places that are pressed less do not count
 
 
@@ -93,7 +95,7 @@ def felt_of_lines(receptor: Receptor, hertz: Array, sizes: Array) -> Felt:
     """Return what one class feels of lines at `hertz` with the amplitudes `sizes` of the strain."""
     over = sizes / receptor.threshold(hertz)
     strongest = int(np.argmax(over))
-    if over[strongest] == 0.0:
+    if over[strongest] < FAINTEST:
         return nothing_felt(receptor)
     with np.errstate(divide="ignore"):
         level = 20.0 * np.log10(over)
@@ -118,7 +120,9 @@ def pattern_felt(series: Any, places: Array, period: float, speed: float) -> Fel
     strain = sizes * strain_gain(np.asarray(2.0 * math.pi * m / period, np.float64), SA1.depth)
     over = strain / float(SA1.threshold(np.zeros(1))[0])
     strongest = int(np.argmax(over))
-    level = 20.0 * math.log10(float(over[strongest])) if over[strongest] > 0.0 else None
+    if over[strongest] < FAINTEST:
+        return nothing_felt(SA1, period)
+    level = 20.0 * math.log10(float(over[strongest]))
     drive = SA1.drive(np.asarray(m * (speed / period), np.float64), strain)
     return Felt(
         SA1.name, SA1.depth, float(strain[strongest]), drive, float(np.sum(over**2)), level,

@@ -26,6 +26,7 @@ Array = np.ndarray[Any, np.dtype[np.floating[Any]]]
 Levels = Callable[[Array], Array]
 
 MICROMETRE = 1e-6
+FAINTEST_DB = -120.0  # dB: a level below it is the rounding of numbers, and counts as no motion
 MARGIN_DB = 6.0  # dB by which an imperceptible error stays below the threshold
 DEFAULT = "fingertip"
 LARGEST_LINE = 4.0 / math.pi  # largest harmonic of a signal bounded by 1: the fundamental of a square wave

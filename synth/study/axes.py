@@ -30,6 +30,10 @@ from synth.scene.section import Section, inner_section, rule_of
 from synth.scene.text import pointer
 
 GROUPS, SECTION = "groups", "an object with fields of the section"
+OF_GROUP = {
+    "ridges": "finger.contact_length", "period_ratio": "texture.period", "amplitude_ratio": "texture.amplitude",
+    "load": "scan.load",
+}  # fmt: skip
 GROUP = Quantity(Dimension.NONE, 1e-12, 1e12)
 RANGE = ("from", "to", "count", "spacing")
 SPACINGS = ("linear", "log")
@@ -55,6 +59,14 @@ class Axis:
     def of_group(self) -> bool:
         """Whether it is a group of eq. 7."""
         return self.name.startswith(f"{GROUPS}.")
+
+    @property
+    def fields(self) -> set[str]:
+        """Fields of the scene that it sets, those of a group included."""
+        if self.of_group:
+            return {OF_GROUP[self.name.partition(".")[2]]}
+        inner = {name for value in self.values if isinstance(value, dict) for name in value}
+        return {f"{self.name}.{name}" for name in inner} or {self.name}
 
     def at(self, part: Array) -> Array:
         """Return the values at `part` of the way from one end of its range to the other, 0 to 1."""

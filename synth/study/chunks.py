@@ -1,9 +1,10 @@
 """Scenes that are solved together, and the files from which an interrupted study goes on.
 
 Stage   STUDY.
-Model   A chunk is CHUNK scenes. Its file is named by a hash of its scenes, of phases and lines, and of the source of
-        the engine, so a study finds what another run, or another study with the same scenes, has finished. A file is
-        written under another name and renamed when it is complete; one that cannot be read counts as absent.
+Model   A chunk is CHUNK scenes, fewer of what the skin feels. Its file is named by a hash of its scenes, of phases and
+        lines, and of the source of the engine, so a study finds what another run, or another study with the same
+        scenes, has finished. A file is written under another name and renamed when it is complete; one that cannot be
+        read counts as absent.
         A scene that cannot be solved has NaN everywhere, and its reason.
 Limits  The numbers of a scene depend on the scene alone: chunks may be solved anywhere and in any order.
 """
@@ -29,6 +30,7 @@ from synth.study.spec import StudySpec, scene_at
 from synth.study.variables import VARIABLES, shape_of
 
 CHUNK = 256  # scenes: a second of a comb; a smaller one loses less to an interrupt, and costs more files
+CHUNK_SKIN = 8  # scenes of a study with "skin", each of which takes up to some seconds
 REASON = "reason"
 Numbers = dict[str, np.ndarray[Any, Any]]
 
@@ -60,8 +62,9 @@ class Chunk:
 def chunks_of(spec: StudySpec) -> Iterator[Chunk]:
     """Yield the chunks of a study, in order."""
     columns = spec.columns()
-    for first in range(0, spec.count, CHUNK):
-        some = range(first, min(first + CHUNK, spec.count))
+    size = CHUNK_SKIN if spec.skin else CHUNK
+    for first in range(0, spec.count, size):
+        some = range(first, min(first + size, spec.count))
         values = tuple({name: column[number] for name, column in columns.items()} for number in some)
         yield Chunk(first, spec.scene, values, spec.phases, spec.lines, spec.skin)
 

@@ -31,6 +31,7 @@ SEARCH = 0.15  # of the stated speed, to each side
 MOST_LINES, PHASES = 64, 1024
 FEWEST = 256  # samples of a recording
 CLIPPED, RUN = 1e-3, 3  # part of samples at the ends of the range; equal ones in a row that show clipping
+STEADY = 0.5  # part of the recording that has most of its power; less is told
 OFF = 0.005  # of the speed: a larger difference is told
 
 
@@ -66,7 +67,11 @@ class Comparison:
 
     def document(self) -> dict[str, Any]:
         """Return the comparison as JSON, without its spectrum."""
-        lines = [asdict(one.measured) | {"model": one.model, "difference_db": one.difference} for one in self.lines]
+        lines = [
+            asdict(one.measured)
+            | {"model": None if math.isnan(one.model) else one.model, "difference_db": one.difference}
+            for one in self.lines
+        ]
         plain = {name: getattr(self, name) for name in ("name", "quantity", "rate", "stated_speed", "speed")}
         return plain | {"gain_db": self.gain, "lines": lines, "warnings": list(self.warnings)}
 
@@ -79,6 +84,9 @@ def compared(scene: Scene, values: Array, rate: float, quantity: str, name: str,
     """
     _check(values, rate, quantity, scene)
     spectrum, warnings = spectrum_of(values - np.mean(values), rate), _doubts(values)
+    if spectrum.steady < STEADY:
+        part = 100.0 * spectrum.steady
+        warnings.append(f"The level varies: most of the power is in {part:.2g} % of the recording. Cut it to the scan.")
     stated = abs(scene.scan.speed)
     centre = stated / scene.texture.period
     top = min(scene.output.bandwidth_hz, 0.45 * rate)
@@ -119,7 +127,9 @@ def _model(scene: Scene, quantity: str, fundamental: float, count: int) -> Array
 
 def _doubts(values: Array) -> list[str]:
     """Return warnings about a recording: a sensor that clips."""
-    told = []
+    told: list[str] = []
+    if float(np.min(values)) == float(np.max(values)):
+        return told
     for end in (float(np.max(values)), float(np.min(values))):
         at = values == end
         runs = at[2:] & at[1:-1] & at[:-2]

@@ -59,7 +59,7 @@ def dataset_of(spec: StudySpec, numbers: dict[str, Any]) -> Dataset:
         values = numbers[one.name].reshape(*spec.shape, *numbers[one.name].shape[1:])
         told = {"long_name": one.description, "units": one.unit}
         if one.name in ("rms", "peak"):
-            told["units"] = f"{', '.join(UNITS)}: those of each quantity"
+            told["units_of_quantities"] = json.dumps(dict(zip(QUANTITIES, UNITS, strict=True)))
         variables[one.name] = ((*over, *((one.along,) if one.along else ())), values, told)
     reasons = sorted({reason for reason in numbers[REASON].tolist() if reason})
     index = np.array([reasons.index(one) + 1 if one else 0 for one in numbers[REASON].tolist()], np.int32)
@@ -102,7 +102,7 @@ def opened(path: Path) -> Any:
     except (OSError, ValueError, TypeError, KeyError) as error:
         hint = "Write the file that a study has made."
         raise InvalidRequest([Fault("/spec", str(path), "a finished study that exists", hint)]) from error
-    if "spec" not in found.attrs:
+    if "spec" not in found.attrs or not {"rms", "reason"} <= set(found):
         found.close()
         hint = "Write the file that a study has made."
         raise InvalidRequest([Fault("/spec", str(path), "a dataset of ridgewave study", hint)])
@@ -115,7 +115,8 @@ def checked_path(path: Path, *, overwrite: bool) -> None:
         allowed = f"a name that ends in {', '.join(ENDINGS)}"
         raise InvalidRequest([Fault("/output", str(path), allowed, "Write map.nc or map.csv.")])
     if path.exists() and not overwrite:
-        raise InvalidRequest([Fault("/output", str(path), "a name that does not exist", "Write another name.")])
+        hint = "Write another name, or --overwrite."
+        raise InvalidRequest([Fault("/output", str(path), "a name that does not exist", hint)])
     for name in NEEDS[path.suffix]:
         needed(name)
 

@@ -7,6 +7,7 @@ Model   Welch's spectrum: segments of SEGMENT s, Hann windows, half overlapped. 
         range, at steps of half a bin of the highest multiple: the one with the largest sum of the logarithms of the
         powers over the noise. A line is found where its power would occur by chance in less than ALARMS of all
         recordings, over all lines and all fundamentals that were tried.
+        Noise whose level varies has fewer degrees of freedom, by the part of the recording that has its power.
 Source  Welch (1967), IEEE Trans. Audio Electroacoust. 15; equivalent degrees of freedom of overlapped Hann segments:
         Percival & Walden (1993), Spectral Analysis for Physical Applications.
 Limits  Noise that is level around a line. Mains hum is left out: lines within LOBE bins of multiples of 50 and 60 Hz.
@@ -25,6 +26,7 @@ SEGMENT, LEAST_SEGMENTS = 1.0, 4  # s; a shorter recording has shorter segments
 OVERLAPPED = 36.0 / 19.0  # degrees of freedom of each Hann segment that half overlaps the next, for many segments
 ALARMS = 0.01  # part of recordings of noise in which a line is claimed
 DRIFT = 0.015  # of the frequency: how far a line may be spread to each side, by a speed that drifts by 1 %
+BLOCK = 0.1  # s, over which the level is taken
 AROUND = 64  # bins on each side over which the noise is judged
 LOBE = 2  # bins on each side of a line that does not drift
 SEARCHED = 12  # multiples by which the fundamental is found
@@ -37,6 +39,7 @@ class Spectrum:
 
     hertz, density: one-sided, unit^2/Hz.
     freedom: equivalent degrees of freedom.
+    steady: part of the recording that has its power; 1 where its level does not vary.
     noise: level at each frequency without lines.
     """
 
@@ -44,6 +47,7 @@ class Spectrum:
     density: Array
     freedom: float
     noise: Array
+    steady: float = 1.0
 
     @property
     def bin(self) -> float:
@@ -87,10 +91,19 @@ def spectrum_of(values: Array, rate: float) -> Spectrum:
     length = max(16, min(round(SEGMENT * rate), 2 * len(values) // (LEAST_SEGMENTS + 1)))
     hertz, density = welch(values, rate, "hann", length, length // 2, detrend="linear")
     segments = max(1, (len(values) - length // 2) // (length - length // 2))
-    freedom = OVERLAPPED * segments if segments > 1 else 2.0
+    steady = _steady(values, max(1, round(BLOCK * rate)))
+    freedom = max(OVERLAPPED * segments * steady, 2.0) if segments > 1 else 2.0
     median = median_filter(density, 2 * AROUND + 1, mode="nearest")
     noise = median / (chi2.median(freedom) / freedom)
-    return Spectrum(np.asarray(hertz), np.asarray(density), freedom, np.asarray(np.maximum(noise, 1e-300)))
+    return Spectrum(np.asarray(hertz), np.asarray(density), freedom, np.asarray(np.maximum(noise, 1e-300)), steady)
+
+
+def _steady(values: Array, block: int) -> float:
+    """Return the part of a recording that has its power: (sum of p)^2 / (n sum of p^2) over blocks of power p."""
+    whole = values[: len(values) // block * block].reshape(-1, block)
+    power = np.mean(whole**2, axis=1)
+    square = float(np.sum(power**2))
+    return min(1.0, float(np.sum(power)) ** 2 / (len(power) * square)) if square > 0.0 else 1.0
 
 
 def fundamental_of(spectrum: Spectrum, low: float, high: float, count: int) -> tuple[float, int]:
@@ -133,7 +146,8 @@ def lines_at(spectrum: Spectrum, fundamental: float, count: int, tried: int) -> 
         near = _bins(spectrum, frequency, DRIFT)
         mains = bool(_beside_mains(np.array([frequency]), LOBE * spectrum.bin)[0])
         noise = float(np.sum(spectrum.noise[near]))
-        power, freedom = float(np.sum(spectrum.density[near])), spectrum.freedom * max(1.0, near.size / 1.5)
+        power = float(np.sum(spectrum.density[near]))
+        freedom = max(2.0, spectrum.freedom * max(1.0, near.size / 1.5 * spectrum.steady))
         most = float(chi2.isf(chance, freedom)) / freedom
         own = max(power - noise, 0.0) * spectrum.bin  # mean square
         beside = math.sqrt(noise / max(power, 1e-300) / freedom)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.errors import CannotRender, Fault, InvalidRequest
+from synth.errors import CannotRender, Fault, InvalidRequest, shown
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -61,13 +61,26 @@ def recording_of(
     """
     from synth.encode.sound import Sound
 
+    check_numbers(rate, scale)
     if isinstance(source, str | os.PathLike):
         return read_recording(Path(source), column=column, channel=channel, rate=rate, scale=scale)
     if isinstance(source, Sound):
-        return _of_sound(source, name, channel, scale)
+        return _of_sound(source, name, channel, rate, scale)
     if rate is None:
         raise _refused("/rate", "none", "the rate of an array, Hz", "Write rate=10000.")
-    return Recording(name, np.asarray(source, np.float64) * (scale or 1.0), rate, "", True)
+    values = np.asarray(source)
+    if values.dtype.kind not in "fiub":
+        raise _refused("/recording", f"an array of {values.dtype}", "an array of real numbers", "Choose one channel.")
+    return Recording(name, values.astype(np.float64) * (1.0 if scale is None else scale), rate, "", True)
+
+
+def check_numbers(rate: float | None, scale: float | None) -> None:
+    """Raise InvalidRequest for a rate or a scale that is no number above 0."""
+    for name, value in (("rate", rate), ("scale", scale)):
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        if value is not None and not (number and 0.0 < value < np.inf):
+            hint = "Write a plain number, in Hz." if name == "rate" else "Write the SI value of a sample of 1."
+            raise _refused(f"/{name}", shown(value), "a number above 0", hint)
 
 
 def read_recording(
@@ -79,8 +92,9 @@ def read_recording(
     rate: Hz, of a table without times. scale: SI value of 1.0 of a sound, or of 1 of a column.
     Raises InvalidRequest for what is no such file or column, OSError, CannotRender without a library.
     """
+    check_numbers(rate, scale)
     if path.suffix.lower() in SOUNDS:
-        return _sound(path, channel, scale)
+        return _sound(path, channel, rate, scale)
     if path.suffix.lower() in TABLES:
         return _table(path, column, rate, scale)
     allowed = f"a name that ends in {', '.join((*SOUNDS, *TABLES))}"
@@ -103,21 +117,26 @@ def recording_in(content: bytes, *, channel: int = 0, scale: float | None = None
     if known.frames * known.channels > MOST_SAMPLES:
         allowed = f"at most {MOST_SAMPLES} samples"
         raise _refused("/recording", f"{known.frames * known.channels} samples", allowed, "Send a part of it.")
-    return _of_sound(load(BytesIO(content)), "recording", channel, scale)
+    check_numbers(None, scale)
+    return _of_sound(load(BytesIO(content)), "recording", channel, None, scale)
 
 
-def _sound(path: Path, channel: int, scale: float | None) -> Recording:
+def _sound(path: Path, channel: int, rate: float | None, scale: float | None) -> Recording:
     from synth.encode.sound_files import load
 
-    return _of_sound(load(path), path.name, channel, scale)
+    return _of_sound(load(path), path.name, channel, rate, scale)
 
 
-def _of_sound(sound: Sound, name: str, channel: int, scale: float | None) -> Recording:
+def _of_sound(sound: Sound, name: str, channel: int, rate: float | None, scale: float | None) -> Recording:
+    if rate is not None:
+        raise _refused("/rate", f"{rate:g}", "nothing with a sound", f"It has its rate, {sound.sample_rate} Hz.")
     if not 0 <= channel < len(sound.quantities):
         allowed = f"0 to {len(sound.quantities) - 1}"
         raise _refused("/channel", str(channel), allowed, "Write the number of a channel of the file.")
     quantity = sound.quantities[channel]
     known = quantity != "unscaled"
+    if known and scale is not None:
+        raise _refused("/scale", f"{scale:g}", "nothing with a file of ridgewave", "It has its scale. Leave it out.")
     values = np.asarray(sound.values[:, channel], np.float64) * (1.0 if known or scale is None else scale)
     return Recording(name, values, float(sound.sample_rate), quantity if known else "", known or scale is not None)
 
@@ -137,6 +156,9 @@ def _table(path: Path, column: str | None, rate: float | None, scale: float | No
     chosen = column if column is not None else others[0] if len(others) == 1 else None
     if chosen not in names:
         raise _refused("/column", str(column), f"one of {', '.join(others)}", "Name the column of the samples.")
+    if rate is not None and times:
+        hint = f"The times are in the column {times[0]}. Leave the rate out."
+        raise _refused("/rate", f"{rate:g}", "nothing with a table that has times", hint)
     values = pandas.to_numeric(table[chosen], errors="coerce").to_numpy(np.float64)
     if not np.all(np.isfinite(values)):
         row = int(np.flatnonzero(~np.isfinite(values))[0])
@@ -150,7 +172,15 @@ def _table(path: Path, column: str | None, rate: float | None, scale: float | No
         if mean <= 0.0 or np.max(np.abs(steps - mean)) > STEPS * mean:
             raise _refused("/recording", times[0], "times at equal steps", "Resample it, or write --rate.")
         rate = 1.0 / mean
-    return Recording(path.name, values * (scale or 1.0), rate, "", scale is not None)
+    return Recording(path.name, values * (1.0 if scale is None else scale), rate, "", scale is not None)
+
+
+def quantity_of(recording: Recording, asked: str | None) -> str:
+    """Return the quantity of a recording; "" where nobody says it. Raises InvalidRequest where `asked` contradicts."""
+    if asked and recording.quantity and asked != recording.quantity:
+        hint = "Leave it out, or choose another channel."
+        raise _refused("/quantity", asked, f"{recording.quantity}, as the file says", hint)
+    return asked or recording.quantity
 
 
 def _refused(where: str, value: str, allowed: str, hint: str) -> InvalidRequest:

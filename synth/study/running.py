@@ -19,7 +19,8 @@ from dataclasses import replace
 from importlib import import_module
 from multiprocessing import get_context
 from pathlib import Path
-from time import perf_counter
+from threading import Thread
+from time import perf_counter, sleep
 from typing import Any
 
 from synth.errors import CannotRender
@@ -89,13 +90,25 @@ def foreseen(spec: StudySpec, workers: int | None = None) -> float:
     return seconds / several + (START if several > 1 else 0.0)
 
 
+def _end_with(parent: int) -> None:
+    """Let this process end when its parent has ended: it would wait for work for ever."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            sleep(1.0)
+        os._exit(1)
+
+    Thread(target=watch, daemon=True).start()
+
+
 def _in_processes(todo: list[Chunk], folder: Path, workers: int, work: Work) -> Iterator[int]:
     """Yield the scenes of each chunk that a process has finished. Chunks of a process that died are solved again."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     left, tried = {chunk.first: chunk for chunk in todo}, dict.fromkeys((chunk.first for chunk in todo), 0)
     while left:
         try:
-            with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+            context, parent = get_context("spawn"), (os.getpid(),)
+            with ProcessPoolExecutor(workers, context, initializer=_end_with, initargs=parent) as pool:
                 waiting: dict[Future[Any], Chunk] = {}
                 coming = iter(list(left.values()))
                 try:

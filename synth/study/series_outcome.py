@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.perception.threshold import threshold_displacement
+from synth.perception.threshold import FAINTEST_DB, threshold_displacement
 from synth.response.demand import Complex, curves, points_for
 from synth.scene.scene import Scene
 from synth.study.variables import QUANTITIES, VARIABLES, shape_of
@@ -46,7 +46,8 @@ def of_series(series: Complex, scene: Scene, lines: int) -> Numbers:
     found["error"] = np.zeros(len(ORDERS))
     if turns > 0.0 and np.any(sizes):
         strongest = np.max(sizes / threshold_displacement(turns * n, scene.accuracy.threshold))
-        found["sensation_level"] = 20.0 * math.log10(float(strongest))
+        level = 20.0 * math.log10(float(strongest))
+        found["sensation_level"] = level if level >= FAINTEST_DB else math.nan
     return found
 
 

@@ -72,10 +72,10 @@ def skin_felt(scene: Scene) -> dict[str, Any]:
 
 
 def levels_of(scene: Scene) -> dict[str, float]:
-    """Return the variables of a study that `skin_felt` has; -inf dB where nothing moves."""
+    """Return the variables of a study that `skin_felt` has; NaN dB where nothing moves."""
     felt = skin_felt(scene)
     found = {f"{one['receptor'].lower()}_level": one["level"] for one in felt["receptors"]}
-    levels = {name: -math.inf if level is None else float(level) for name, level in found.items()}
+    levels = {name: math.nan if level is None else float(level) for name, level in found.items()}
     drives = {f"{one['receptor'].lower()}_drive": one["drive"] for one in felt["receptors"]}
     components = max(one["components"] for one in felt["receptors"][1:])
     told = {name: felt[name] for name in ("intensity", "spatial_variation", "pacinian_power")}

@@ -16,7 +16,7 @@ from synth.arrays import Array
 from synth.errors import Fault, InvalidRequest, shown
 from synth.perception.contactor import contactor_felt
 from synth.perception.skin import intensity
-from synth.study.recordings import Recording
+from synth.study.recordings import Recording, quantity_of
 from synth.study.variables import QUANTITIES
 
 SHORTEST = 0.1  # s: a cycle at the lowest frequency
@@ -29,7 +29,7 @@ def sound_felt(recording: Recording, quantity: str | None = None) -> dict[str, A
     quantity: displacement, velocity or acceleration; None: that of the recording.
     Raises InvalidRequest for a recording whose scale or quantity is unknown, and for one that is too short.
     """
-    said = quantity or recording.quantity
+    said = quantity_of(recording, quantity)
     _check(recording.values, recording.rate, said, scaled=recording.scaled)
     felt = contactor_felt(recording.values, recording.rate, QUANTITIES.index(said))
     levels = [one.level for one in felt if one.level is not None]

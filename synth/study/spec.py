@@ -144,6 +144,7 @@ def read_spec(document: object) -> StudySpec:
             faults += error.faults
     if faults:
         raise SceneError(faults)
+    _apart(found)
     if sample is not None and sample.kind == POINTS:
         sample = Sample(POINTS, _same_length(found), 0)
     phases = whole_number(written, "phases", PHASES, LEAST_PHASES, MOST_PHASES)
@@ -168,6 +169,17 @@ def read_spec(document: object) -> StudySpec:
         raise _refused("/lines", lines, f"a result of at most {MOST_BYTES >> 30} GB; this has {nbytes >> 30}", hint)
     _words_fit(spec)
     return spec
+
+
+def _apart(axes: list[Axis]) -> None:
+    """Refuse two axes that set the same field: one of them would be a false label."""
+    owners: dict[str, str] = {}
+    for axis in axes:
+        for field in axis.fields:
+            if field in owners:
+                allowed = f"axes that set different fields; {field} is set twice"
+                raise _refused(f"/axes/{axis.name}", axis.name, allowed, f"Leave it or {owners[field]} out.")
+            owners[field] = axis.name
 
 
 def _same_length(axes: list[Axis]) -> int:

@@ -62,15 +62,22 @@ def outcome_of(scene: Scene, phases: int, lines: int) -> Numbers:
     solved = contact.solver(load).solve(turns, contact.indentation(load))
     highest, gated = _highest(scene, phases), float(gate(scan.load, scan.lift_load))
     found |= of_series(gated * harmonics_of(solved.height, highest), scene, lines)
+    found["line_amplitude"][highest : _in_band(scene, lines)] = math.nan
     other = None if contact is coarse else coarse.approach(turns, load, solved.height)[0]
     found["error"] = _errors(solved.height, other, contact.scale_at(load), highest)
+    if scan.speed == 0.0:
+        found["error"][1:] = 0.0  # nothing moves
     return found | _pressed(scene, contact, turns, solved.height, float(np.mean(solved.touching)), load)
+
+
+def _in_band(scene: Scene, most: int) -> int:
+    """Return how many of the first `most` harmonics are in the band; at rest all are."""
+    return most if scene.scan.speed == 0.0 else min(harmonics_in_band(scene, most), most)
 
 
 def _highest(scene: Scene, phases: int) -> int:
     """Return how many harmonics count: those in the band that the phases resolve."""
-    resolved = phases // 2 - 1
-    return resolved if scene.scan.speed == 0.0 else min(harmonics_in_band(scene, resolved), resolved)
+    return _in_band(scene, phases // 2 - 1)
 
 
 def _shaped(scene: Scene, contact: Contact, phases: int) -> Contact:

@@ -10,12 +10,19 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
+from synth.errors import Fault, InvalidRequest
 from synth.perception.discrimination import Sensation, told_apart
 from synth.perception.receptors import VIBRATION
 
 
 def beside(first: dict[str, Any], second: dict[str, Any]) -> dict[str, Any]:
-    """Return `verdict`, and by how much `second` differs from `first`: `level_db` and `frequency`, a part of it."""
+    """Return `verdict`, and by how much `second` differs from `first`: `level_db` and `frequency`, a part of it.
+
+    Raises InvalidRequest for a scene beside a recording: the skin under ridges, and a contactor on the skin.
+    """
+    if ("spatial_variation" in first) != ("spatial_variation" in second):
+        hint = "Analyze the scene's own render, too, and set it beside the recording."
+        raise InvalidRequest([Fault("/beside", "a scene and a recording", "two scenes, or two recordings", hint)])
     found = asdict(told_apart(_sensation(first), _sensation(second)))
     return {"verdict": found["verdict"], "level_db": found["level"], "frequency": found["frequency"]}
 

@@ -31,8 +31,9 @@ MANIFEST = "manifest.jsonl"
 
 
 def split_of(scene: Scene) -> str:
-    """Return the split of a scene: equal textures have the same one."""
-    texture = json.dumps(scene_document(scene).get("texture", {}), sort_keys=True)
+    """Return the split of a scene: equal textures have the same one, also where they begin at another place."""
+    fields = {name: value for name, value in scene_document(scene)["texture"].items() if name != "phase"}
+    texture = json.dumps(fields, sort_keys=True)
     part = int(sha256(texture.encode()).hexdigest()[:8], 16) / 2.0**32
     return next(name for name, end in SPLITS if part < end)
 

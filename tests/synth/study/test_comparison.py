@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from typing import Any
 
@@ -73,6 +74,32 @@ def test_speed_and_lines_are_those_of_the_truth(scene: str, story: str, seed: in
     assert strong >= 3
     claimed = [one.measured.number for one in found.lines if one.measured.found]
     assert all(sizes[n - 1] > 0.0 for n in claimed if n <= len(sizes))
+
+
+@pytest.mark.parametrize("shape", ["burst", "short burst", "strokes", "ramp", "swell"])
+def test_noise_whose_level_varies_claims_no_line(shape: str) -> None:
+    """Over 40 seeds; a burst of noise has few degrees of freedom, however long the recording is."""
+    t, alarms = np.arange(3 * 8000) / 8000.0, 0
+    for seed in range(40):
+        random = np.random.default_rng([9, seed])
+        centre = random.uniform(0.5, 2.5)
+        level = {
+            "burst": np.exp(-0.5 * ((t - centre) / 0.1) ** 2),
+            "short burst": np.exp(-0.5 * ((t - centre) / 0.02) ** 2),
+            "strokes": np.sin(math.pi * t) ** 8,
+            "ramp": t,
+            "swell": 1.0 + 0.9 * np.sin(2.0 * math.pi * 1.3 * t),
+        }[shape]
+        found = beside(TIP, level * random.standard_normal(len(t)), 8000.0)
+        alarms += any(one.measured.found for one in found.lines)
+        if shape.endswith("burst"):
+            assert any("level varies" in text for text in found.warnings)
+    assert alarms <= 2, "the stated rate is 1 %"
+
+
+def test_what_is_not_found_has_no_number_in_json() -> None:
+    noise = np.random.default_rng(4).standard_normal(8000)
+    json.dumps(beside(TIP, noise).document(), allow_nan=False)
 
 
 def test_noise_alone_claims_no_line() -> None:

@@ -60,3 +60,38 @@ def test_what_is_no_recording_is_refused(tmp_path: Path) -> None:
     soundfile.write(tmp_path / "j.wav", VALUES, RATE)
     with pytest.raises(rw.InvalidRequest, match="channel"):
         read_recording(tmp_path / "j.wav", channel=3)
+
+
+@pytest.mark.parametrize(
+    ("told", "word"),
+    [
+        ({"scale": 0.0, "rate": 8000}, "scale"), ({"scale": -1.0, "rate": 8000}, "scale"),
+        ({"scale": "9.81", "rate": 8000}, "scale"), ({"rate": "8 kHz"}, "rate"), ({"rate": 0}, "rate"),
+        ({"rate": True}, "rate"),
+    ],
+)  # fmt: skip
+def test_a_rate_and_a_scale_are_numbers_above_0(told: dict[str, Any], word: str) -> None:
+    with pytest.raises(rw.InvalidRequest, match=word):
+        rw.analyze(np.ones(9000), quantity="velocity", **told)
+    with pytest.raises(rw.InvalidRequest, match=word):
+        rw.compare({}, np.ones(9000), quantity="velocity", **told)
+
+
+def test_what_a_file_knows_is_not_overruled(tmp_path: Path) -> None:
+    path = rw.render({}, output={"duration": "0.5 s"}).save(tmp_path / "own.wav")
+    for told, word in (
+        ({"quantity": "velocity"}, "acceleration"),
+        ({"scale": 2.0}, "scale"),
+        ({"rate": 4000.0}, "rate"),
+    ):
+        arguments: dict[str, Any] = dict(told)
+        with pytest.raises(rw.InvalidRequest, match=word):
+            rw.analyze(path, **arguments)
+        with pytest.raises(rw.InvalidRequest, match=word):
+            rw.compare({}, path, **arguments)
+    with pytest.raises(rw.InvalidRequest, match="nothing with a recording"):
+        rw.analyze(path, finger={"kind": "fingertip"})
+    with pytest.raises(rw.InvalidRequest, match="nothing with a scene"):
+        rw.analyze({}, scale=2.0)
+    with pytest.raises(rw.InvalidRequest, match="real numbers"):
+        rw.analyze(np.ones(9000) * 1j, quantity="velocity", rate=8000)

@@ -6,6 +6,7 @@ import errno
 import multiprocessing
 import os
 import signal
+import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -138,6 +139,33 @@ def test_a_process_that_dies_costs_its_chunk_only(tmp_path: Path) -> None:
     assert killed
     one, two = (numbers_of(spec, tmp_path / name) for name in ("one", "two"))
     assert all(np.array_equal(one[name], two[name], equal_nan=name != "reason") for name in one)
+
+
+PARENT = """
+import sys
+from pathlib import Path
+from synth.study.running import run
+from synth.study.spec import read_spec
+if __name__ == "__main__":
+    axes = {"texture.period": {"from": "0.3 mm", "to": "3 mm", "count": 20000}}
+    run(read_spec({"axes": axes}), Path(sys.argv[1]), workers=2, progress=lambda done, _: done and print(done, flush=True))
+"""
+
+
+@pytest.mark.slow
+def test_processes_end_with_the_one_that_started_them(tmp_path: Path) -> None:
+    psutil = pytest.importorskip("psutil")
+    (tmp_path / "parent.py").write_text(PARENT)
+    words = [sys.executable, str(tmp_path / "parent.py"), str(tmp_path / "parts")]
+    with subprocess.Popen(words, cwd=Path(running.__file__).parents[2], stdout=subprocess.PIPE) as parent:
+        assert parent.stdout is not None and parent.stdout.readline()
+        children = psutil.Process(parent.pid).children()
+        parent.kill()
+    assert len(children) >= 2
+    gone, alive = psutil.wait_procs(children, timeout=30.0)
+    for one in alive:
+        one.kill()
+    assert not alive and len(gone) == len(children)
 
 
 @pytest.mark.slow

@@ -60,7 +60,10 @@ def test_levels_do_not_depend_on_places_and_phases(scene: dict[str, Any], monkey
     close = skin_felt(parsed)
     assert phases_of(parsed) == 1024
     for one, other in zip(usual["receptors"], close["receptors"], strict=True):
-        assert one["level"] == pytest.approx(other["level"], abs=0.3 if one["level"] > -60.0 else 3.0), one
+        if one["level"] is None or other["level"] is None:
+            assert max(one["level"] or -120.0, other["level"] or -120.0) < -110.0
+        else:
+            assert one["level"] == pytest.approx(other["level"], abs=0.3 if one["level"] > -60.0 else 3.0), one
     assert usual["intensity"] == pytest.approx(close["intensity"], rel=0.03)
     assert usual["felt_by"] == close["felt_by"]
 

@@ -61,7 +61,8 @@ def test_equal_textures_are_in_one_split_and_all_splits_are_used(tmp_path: Path)
     for number in range(60):
         document = {"texture": {"period": 1e-3 + 1e-5 * number}}
         there, faster = (waveforms.split_of(rw.parse_scene(document, scan={"speed": u})) for u in (0.04, 0.08))
-        assert there == faster
+        shifted = waveforms.split_of(rw.parse_scene(document, texture={"phase": 0.1 * number}))
+        assert there == faster == shifted
         splits[number] = there
     counts = [list(splits.values()).count(name) for name in ("train", "validation", "test")]
     assert counts[0] > 35 and min(counts) >= 2
