@@ -190,35 +190,36 @@ def over_frame(p, frame, state, mean, speed, load, rise):
     state[STEP] = step
 
 
-@signed_kernel("void(f8[::1], f8, f8[::1], f8[::1], f8[::1], f8[::1], f8[:,::1])", fused=False)
-def drag(p, rate, state, travel, speed, load, out):
-    """Drag the skin after a hand, frame by frame.
+@signed_kernel("void(f8[::1], f8, f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[:,::1])", fused=False)
+def drag(p, rate, state, travel, speed, load, share, out):
+    """Drag the skin after a hand along one axis, frame by frame.
 
     p, state: as above; the state is updated.
     rate: frames per second.
     travel: of the hand since the frame before, m.
-    speed: of the hand at each frame, m/s.
-    load: at each frame, N.
+    speed, load: of the hand at each frame, m/s and N.
+    share: part of the speed and of the load that the axis has, above 0. 1 for a motion along it.
     out: float64 [3, frames]: lag of the skin's place behind the hand (m), speed at which it slips (m/s), and the force
         of friction (N) at each frame.
     """
-    frame = 1.0 / rate
+    frame, q = 1.0 / rate, p.copy()
     for i in range(len(travel)):
         touches = load[i] > 0.0 or state[LOAD] > 0.0
         toward, change = (1.0, p[WETTING]) if touches else (0.0, p[DRYING])
         wet = state[WET]
         state[WET] = toward + (wet - toward) * math.exp(-change * frame)
         rise = 1.0 + (p[RISE] - 1.0) * 0.5 * (wet + state[WET])
+        pressed, q[STRIBECK] = share[i] * load[i], share[i] * p[STRIBECK]
         if touches and state[TIME] > 0.0:
-            over_frame(p, frame, state, travel[i] * rate, speed[i], load[i], rise)
+            over_frame(q, frame, state, travel[i] * rate, speed[i], pressed, rise)
         else:
             state[LAG], state[SPEED], state[BEND], state[STEP], state[TIME] = 0.0, speed[i], 0.0, TICKS, 1.0
-        state[HAND], state[LOAD] = speed[i], load[i]
+        state[HAND], state[LOAD] = speed[i], pressed
         v, f = state[SPEED], state[BEND]
         out[0, i] = state[LAG] + f / p[BRISTLE]
         out[1, i], out[2, i] = v, 0.0
         if load[i] > 0.0:
-            bent, _, _, force, _, _ = friction(p, rise * max(load[i], LEAST), v, f)
+            bent, _, _, force, _, _ = friction(q, rise * max(pressed, LEAST), v, f)
             out[1, i], out[2, i] = v - bent, force
 
 

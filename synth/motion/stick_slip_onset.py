@@ -22,7 +22,7 @@ Limits  Above the onset a finger that starts stuck may slip and stick on for eve
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -43,7 +43,8 @@ from synth.motion.skin_drag import (
 STEEPEST = math.sqrt(2.0 / math.e)  # of N (mu_s - mu_d) / v_s: the largest fall of friction, 0.858
 SLIPS = 8  # slips that are measured, after as many that are not
 STILL = 0.1  # of the speed of the hand: a slower skin counts as stuck, since it creeps before it slips
-LONGEST, FRAMES = 60.0, 1 << 20  # s and frames of a measurement, at most
+LONGEST, FRAMES = 600.0, 1 << 16  # s and frames of a measurement, at most; a longer one has longer frames
+FINER = 4.0  # times the steps, by which the error is measured
 RUBBED = 1e-3  # of the mean force: a force that varies by less is that of steady sliding
 
 
@@ -54,11 +55,13 @@ class Dragged:
     frequency: of stick-slip, Hz; 0 if it slides.
     slip_share: part of the time in which the skin slips; 1 if it slides.
     force: mean and peak-to-peak of the force of friction, N.
+    error: of the frequency or of that peak-to-peak, whichever is larger, relative to it.
     """
 
     frequency: float
     slip_share: float
     force: tuple[float, float]
+    error: float = 0.0
 
 
 def fall_of_friction(p: Array, load: float, speed: float) -> float:
@@ -84,13 +87,24 @@ def unstable(p: Array, load: float, speed: float) -> bool:
 
 
 def dragged(p: Array, load: float, speed: float, rate: float) -> Dragged:
-    """Return what a finger does that starts stuck, from `rate` frames per second."""
-    first = p[STATIC] * load / p[SPRING] / max(abs(speed), 1e-12)  # s: the spring reaches static friction
-    cycle = first + 2.0 * math.pi * math.sqrt(p[MASS] / p[SPRING])
-    frames = min(math.ceil(min(2 * SLIPS * cycle, LONGEST) * rate), FRAMES)
+    """Return what a finger does that starts stuck, at `rate` frames per second, and its error, by finer steps."""
+    found, finer = _dragged(p, load, speed, rate, FRAMES), _dragged(p, load, speed, FINER * rate, FINER * FRAMES)
+    pairs = ((found.frequency, finer.frequency), (found.force[1], finer.force[1]))
+    errors = [abs(one / other - 1.0) if other > 0.0 else 0.0 for one, other in pairs]
+    return replace(found, error=max(errors) if found.frequency > 0.0 else 0.0)
+
+
+def _dragged(p: Array, load: float, speed: float, rate: float, most: float) -> Dragged:
+    """Return what a finger does that starts stuck, by steps of a frame at most; without the error."""
+    if load <= 0.0 or speed == 0.0:
+        return Dragged(0.0, 0.0, (0.0, 0.0))
+    first = p[STATIC] * load / p[SPRING] / abs(speed)  # s: the spring reaches static friction
+    seconds = min(2 * SLIPS * (first + 2.0 * math.pi * math.sqrt(p[MASS] / p[SPRING])), LONGEST)
+    rate = min(rate, most / seconds)
+    frames = math.ceil(seconds * rate)
     out, state = np.zeros((3, frames)), at_rest()
     steady = np.full(frames, float(abs(speed)))
-    drag(p, float(rate), state, steady / rate, steady, np.full(frames, float(load)), out)
+    drag(p, float(rate), state, steady / rate, steady, np.full(frames, float(load)), np.ones(frames), out)
     _lag, slip, force = out[:, frames // 2 :]
     mean, varied = float(np.mean(force)), float(np.ptp(force))
     begun = np.flatnonzero((slip[1:] > abs(speed)) & (slip[:-1] <= abs(speed)))

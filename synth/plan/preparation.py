@@ -22,6 +22,7 @@ from synth.contact.load_balance import Contact
 from synth.effects.effect import AddedChannel, Kind
 from synth.errors import Fault, SceneError
 from synth.motion.motion import LARGEST_LOAD
+from synth.motion.moved_skin import mover_of
 from synth.motion.recorded_motion import rendered_part
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.channels import NEARLY, ChannelPlan, SteadyScan
@@ -146,6 +147,7 @@ def prepare(
     stretch = _stretch(scene)
     scan = scene.scan
     moves = scan.stroke is not None or scan.trajectory is not None or not scan.along_x or stretch is not None
+    moves = moves or mover_of(scene) is not None
     heard = by_hand or paced  # while it is rendered
     area = heard and follows_path(scene)
     area = area and (by_hand or moves or harmonics_in_band(scene, WIDE + 1) > WIDE)
@@ -168,7 +170,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
     solved = Preparation(*asked.request, tolerance, ScanMotion(scene, whole=asked.live).warnings())
     silence = silence_of(asked, geometry) or ("" if has_approach(scene) else above_band(asked))
     if silence:
-        return _silent(solved, silence)
+        return _silent(solved, silence, cache)
     contact, cells = contact_in_cells(asked, cache, tolerance, file=file)
     if scene.accuracy.tolerance == "imperceptible":
         tolerance = imperceptible(contact, asked)
@@ -179,7 +181,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
     spectrum = series_of(asked, contact, demand, cache)
     on_surface = None if asked.stretch is None else on_whole(contact, scene)
     solved = replace(solved, tolerance=tolerance, contact=contact, on_surface=on_surface, spectrum=spectrum)
-    solved = _planned(solved, demand, cells, file=file)
+    solved = _planned(solved, demand, cells, cache, file=file)
     if solved.silence:
         return solved
     if shapes is not None:
@@ -195,7 +197,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
     return replace(solved, warnings=(*solved.warnings, *level))
 
 
-def _planned(solved: Preparation, demand: Demand, cells: Array, *, file: bool) -> Preparation:
+def _planned(solved: Preparation, demand: Demand, cells: Array, cache: ResponseCache, *, file: bool) -> Preparation:
     """Return `solved` with its frames, mean and channels, before effects; silent if it moves too little.
 
     cells: error of each order by the size of the cells.
@@ -208,7 +210,7 @@ def _planned(solved: Preparation, demand: Demand, cells: Array, *, file: bool) -
     if still and not solved.by_hand:
         if not has_approach(scene):
             moves = not above_band(solved) and any(peaks.get(order, 1.0) > 0.0 for order in solved.orders)
-            return _silent(replace(solved, spectrum=None), still, 1.0 if moves else 0.0)
+            return _silent(replace(solved, spectrum=None), still, cache, 1.0 if moves else 0.0)
         solved = replace(solved, warnings=(*solved.warnings, still))
     channels = tuple(steady.planned(one, peaks, still=bool(still)) for one in scene.output.channel_list)
     if not solved.moving:
@@ -247,22 +249,23 @@ def _stretch(scene: Scene) -> Stretch | None:
     return None
 
 
-def _silent(solved: Preparation, silence: str, error: float = 0.0) -> Preparation:
-    """Return the preparation of a silent scene.
+def _silent(solved: Preparation, silence: str, cache: ResponseCache, error: float = 0.0) -> Preparation:
+    """Return the preparation of a scene whose z is silent. Effects that move the skin still add their channels.
 
     error: of its quantities, relative to their peak-to-peak; 1 where a motion is left out.
     """
     scene = solved.scene
-    return replace(
-        solved,
-        channels=tuple(
-            ChannelPlan(one.quantity, ORDERS[one.quantity], one.full_scale or 1.0, error, 0.0, None)
-            for one in scene.output.channel_list
-        ),
-        warnings=(*solved.warnings, silence),
-        silence=silence,
-        effects=left_out(scene, silence) if scene.effects else None,
+    channels = tuple(
+        ChannelPlan(one.quantity, ORDERS[one.quantity], one.full_scale or 1.0, error, 0.0, None)
+        for one in scene.output.channel_list
     )
+    solved = replace(solved, channels=channels, warnings=(*solved.warnings, silence), silence=silence)
+    if not scene.effects:
+        return solved
+    moving = tuple(one for one in outputs_of(scene) if one[0].kind == Kind.MOTION)
+    stages = tuple(effect.prepare(solved, settings, cache) for effect, settings in moving)
+    effects = left_out(scene, silence, by_hand=solved.by_hand)
+    return replace(solved, effects=replace(effects, stages=stages))
 
 
 def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> Preparation:

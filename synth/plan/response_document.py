@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from synth.effects.effect import MotionEffect
 from synth.plan.preparation import Preparation
 from synth.plan.request import N_MAX, harmonics_in_band
 from synth.plan.simulated_parts import MOST_REPORTED
@@ -37,6 +38,9 @@ def response_document(solved: Preparation) -> dict[str, Any]:
         "phases_solved": 0 if spectrum is None else spectrum.phases,
         "channels": _channels(solved),
     }
+    for one in () if solved.effects is None else solved.effects.called:
+        if isinstance(one.effect, MotionEffect):
+            response["motion"] = one.effect.told(scene, one.settings, by_hand=solved.by_hand)
     plan = None if solved.effects is None else solved.effects.simulation
     if plan is not None:
         response["simulation"] = _simulation_document(plan, scene.output.sample_rate)

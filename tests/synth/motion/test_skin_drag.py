@@ -42,7 +42,7 @@ def run(p: Floats, rate: float, speed: Any, load: Any, sizes: Any = None, state:
     state, found, first = at_rest() if state is None else state, [], 0
     for size in [len(speed)] if sizes is None else sizes:
         part, out = slice(first, first + size), np.zeros((3, size))
-        drag(p, rate, state, travel[part].copy(), speed[part].copy(), load[part].copy(), out)
+        drag(p, rate, state, travel[part].copy(), speed[part].copy(), load[part].copy(), np.ones(size), out)
         found.append(out)
         first += size
     return np.concatenate(found, axis=1)
@@ -102,7 +102,16 @@ def test_the_error_falls_with_the_third_power_of_the_step() -> None:
         state[[LAG, SPEED, BEND]], state[4:] = begun, [TICKS, 1.0, 0.2, load]
         travel = np.concatenate([[0.0], _travelled(t)])
         out = np.zeros((3, steps + 1))
-        drag(parameters(finger), rate, state, travel[1:], hand(t[1:]), np.full(steps, load), out[:, 1:].copy())
+        drag(
+            parameters(finger),
+            rate,
+            state,
+            travel[1:],
+            hand(t[1:]),
+            np.full(steps, load),
+            np.ones(steps),
+            out[:, 1:].copy(),
+        )
         ends.append(state[[LAG, SPEED, BEND]] / begun)
     errors = [float(np.max(np.abs(end - ends[-1]))) for end in ends[:-1]]
     orders = [math.log2(one / two) for one, two in itertools.pairwise(errors)]
@@ -146,7 +155,16 @@ def test_any_finger_speed_load_reversal_and_lift_is_finite_and_calms_down(seed: 
     again, energies, begun = at_rest(), [], 0
     for end in range(frames // 2, frames, 50):
         travel = np.concatenate([[0.0], 0.5 * (speed[1:] + speed[:-1]) / rate])[begun:end]
-        drag(p, rate, again, travel.copy(), speed[begun:end].copy(), load[begun:end].copy(), np.zeros((3, end - begun)))
+        drag(
+            p,
+            rate,
+            again,
+            travel.copy(),
+            speed[begun:end].copy(),
+            load[begun:end].copy(),
+            np.ones(end - begun),
+            np.zeros((3, end - begun)),
+        )
         kinetic, elastic = p[MASS] * again[SPEED] ** 2, p[SPRING] * again[LAG] ** 2 + again[BEND] ** 2 / p[BRISTLE]
         energies.append(0.5 * (kinetic + elastic))
         begun = end
