@@ -81,8 +81,9 @@ class Finger:
 
 
 def exact(
-    finger: Finger, hand: Callable[[float], float], load: Callable[[float], float], seconds: float, above: float
-) -> tuple[Any, Floats]:
+    finger: Finger, hand: Callable[[float], float], load: Callable[[float], float], seconds: float, above: float,
+    tolerance: float = 1e-10,
+) -> tuple[Any, Floats]:  # fmt: skip
     """Return the solution (its `sol` gives d, v and f at any time) and the moments at which v passes `above` (m/s)."""
 
     def passes(_t: float, state: Floats) -> float:
@@ -91,8 +92,8 @@ def exact(
     passes.direction = 1.0  # type: ignore[attr-defined]
     begun = [0.0, hand(0.0), 0.0]
     found = solve_ivp(
-        lambda t, y: finger.rates(y, hand(t), load(t)), (0.0, seconds), begun, method="Radau", rtol=1e-10, atol=1e-13,
-        events=passes, dense_output=True,
+        lambda t, y: finger.rates(y, hand(t), load(t)), (0.0, seconds), begun, method="Radau", rtol=tolerance,
+        atol=1e-3 * tolerance, events=passes, dense_output=True,
     )  # fmt: skip
     return found, np.asarray(found.t_events[0])
 
