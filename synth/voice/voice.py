@@ -238,7 +238,7 @@ class Voice:
                 return
         if self._skin is not None:
             motion = self._skin.after(motion)
-        if self._hand is not None:
+        if self._hand is not None and not self._smooth:
             self._hand.read(motion, out)
         if self._hand_effects is not None:
             self._hand_effects.after(motion, out, 0 if self._hand is None else self._hand.delay)
