@@ -6,7 +6,7 @@ Model   A `Mover` turns the motion of a hand into the places of the skin, frame 
         Along a scan the skin begins SETTLING before t = 0, relaxed and under the hand; a stroke begins at t = 0, where
         it turns, and a recording LIFT_TIME before its first point. Earlier the skin rests there. Between two frames the
         skin moves along the cubic through its places and speeds.
-Limits  A time is reached by moving the skin from the beginning on. The state is kept at every CHUNK frames.
+Limits  A time is reached by moving the skin from the nearest state before it that is kept, or from the beginning.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from synth.scene.scene import Scene
 
 SETTLING = 0.5  # s: long enough for a usual finger to reach its stick-slip; a shorter time begins with the first pull
 CHUNK = 4096  # frames moved together
+MOST_STATES = 64  # kept of one scan: of more, every second is dropped, so that an endless stream takes no more memory
 LOOKED, LONGEST_LOOK = 2.0, 60.0  # s of a scan that is looked at for its largest speed: of a steady one, and at most
 PLACE, SLIP, FORCE = range(3)
 
@@ -55,15 +56,13 @@ def mover_of(scene: Scene, *, by_hand: bool = False) -> Mover | None:
     return None
 
 
-def skin_of(hand: Motion, skin: Array, before: Array) -> Motion:
+def skin_of(hand: Motion, skin: Array, bends: Array) -> Motion:
     """Return the motion of the skin.
 
     skin: of `Mover`.
-    before: speed of the skin at the frame before the first [axes], times the frames per second.
+    bends: rate of the speed of the skin at each frame [axes, frames], m/s^2.
     """
-    samples, path = hand.samples.copy(), hand.path
-    speeds = skin[:, SLIP]
-    bends = np.diff(speeds, axis=1, prepend=before[:, np.newaxis])
+    samples, path, speeds = hand.samples.copy(), hand.path, skin[:, SLIP]
     samples[SPEED], samples[SPEED_RATE] = speeds[0], bends[0]
     if path.size:
         path = np.stack([skin[1, PLACE], hand.path[DIRECTION]])
@@ -95,11 +94,9 @@ class SkinAfterHand:
         skin = self._mover.follow(self._state, hand)
         if not len(hand.position):
             skin[0, PLACE] += self._begun
-        before = skin[:, SLIP, 0] if self._speed is None else self._speed
-        self._speed = skin[:, SLIP, -1]
-        found = skin_of(hand, skin, before)
-        found.samples[SPEED_RATE] *= self._rate
-        return found
+        before = skin[:, SLIP, :1] if self._speed is None else self._speed
+        self._speed = skin[:, SLIP, -1:]
+        return skin_of(hand, skin, self._rate * np.diff(skin[:, SLIP], axis=1, prepend=before))
 
 
 class SkinAlongScan:
@@ -113,7 +110,7 @@ class SkinAlongScan:
     def __init__(self, mover: Mover, hand: Callable[[int, int], Motion], rate: float, settling: float) -> None:
         self._mover, self._hand, self._rate = mover, hand, rate
         self._first = -math.ceil(settling * rate)
-        self._states = [mover.start()]
+        self._states, self._apart = {0: mover.start()}, 1
         self._kept: dict[int, Array] = {}
 
     def fastest(self, seconds: float) -> float:
@@ -130,26 +127,27 @@ class SkinAlongScan:
         moments: equally spaced, rising, in frames after t = 0.
         """
         whole = np.floor(moments)
-        first = int(whole[0])
+        first, t = int(whole[0]), moments - whole
         rows = self._frames(first, int(whole[-1]) + 2)
         place = (whole - first).astype(np.int64)
-        t = moments - whole
+        bends = self._rate * np.diff(rows[:, SLIP], axis=1)[:, place]
+        if not t.any():
+            return skin_of(hand, rows[:, :, place], bends)
         (x0, v0, f0), (x1, v1, f1) = (rows[:, :, place + one].swapaxes(0, 1) for one in (0, 1))
         v0, v1, rise = v0 / self._rate, v1 / self._rate, x1 - x0
         cubic = x0 + t * (v0 + t * (3.0 * rise - 2.0 * v0 - v1 + t * (v0 + v1 - 2.0 * rise)))
         skin = np.stack([cubic, (v0 + t * (v1 - v0)) * self._rate, f0 + t * (f1 - f0)], axis=1)
-        found = skin_of(hand, skin, skin[:, SLIP, 0])
-        step = float(moments[1] - moments[0]) if len(moments) > 1 else 1.0
-        found.samples[SPEED_RATE] *= self._rate / step
-        return found
+        return skin_of(hand, skin, bends)
 
     def _frames(self, first: int, end: int) -> Array:
         """Return the skin at frames `first` to before `end`, at rest before its beginning [axes, 3, frames]."""
         begin = max(first, self._first) - self._first
         last = max(end, self._first + 1) - self._first
-        numbers = range(begin // CHUNK, (last - 1) // CHUNK + 1)
-        rows = np.concatenate([self._chunk(number) for number in numbers], axis=2)
-        rows = rows[:, :, begin - numbers[0] * CHUNK : last - numbers[0] * CHUNK]
+        parts = [
+            self._chunk(number)[:, :, max(begin - number * CHUNK, 0) : last - number * CHUNK]
+            for number in range(begin // CHUNK, (last - 1) // CHUNK + 1)
+        ]
+        rows = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=2)
         early = self._first - first
         if early <= 0:
             return rows
@@ -158,14 +156,18 @@ class SkinAlongScan:
         return np.concatenate([rest, rows], axis=2)[:, :, : end - first]
 
     def _chunk(self, number: int) -> Array:
-        """Return the skin at the frames of a chunk. The last few chunks are kept."""
+        """Return the skin at the frames of a chunk. The last few chunks, and some states, are kept."""
         while number not in self._kept:
-            known = min(number, len(self._states) - 1)
+            known = max(one for one in self._states if one <= number)
             state = deepcopy(self._states[known])
             found = self._mover.follow(state, self._hand(self._first + known * CHUNK, CHUNK))
-            if known + 1 == len(self._states):
-                self._states.append(state)
-            while len(self._kept) > 3:
+            self._states.setdefault(known + 1, state)
+            if len(self._states) > MOST_STATES:
+                self._apart *= 2
+                self._states = {
+                    one: kept for one, kept in self._states.items() if one % self._apart == 0 or one == known + 1
+                }
+            while len(self._kept) > 2:
                 del self._kept[next(iter(self._kept))]
             self._kept[known] = found
         return self._kept[number]

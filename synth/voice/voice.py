@@ -207,7 +207,7 @@ class Voice:
         """Render the scene's own scan."""
         if self.solved.spectrum is None:
             out[:] = 0.0
-        phase = self.phase
+        phase = 0 if self._moves else self.phase  # a motion has places
         for number, (reader, gain, level) in enumerate(self._steady):
             reader.read(phase, self._step, gain, out, number)
             if level:
