@@ -185,6 +185,7 @@ class StickSlip(MotionEffect["Preparation"]):
         found = dragged(p, load, speed, scene.output.sample_rate)
         document |= {"frequency_hz": found.frequency, "slip_share": found.slip_share}
         document |= {"mean_force": found.force[0], "force_peak_to_peak": found.force[1], "error": found.error}
+        document |= {"place_error": found.place_error}
         how = f"{'unstable' if onset else 'stable'}: friction falls by {falls:.3g} N s/m, and the damper has "
         how += f"{settings.damping:.3g} N s/m."
         if found.frequency > 0.0:

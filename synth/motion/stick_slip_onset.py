@@ -43,8 +43,8 @@ from synth.motion.skin_drag import (
 STEEPEST = math.sqrt(2.0 / math.e)  # of N (mu_s - mu_d) / v_s: the largest fall of friction, 0.858
 SLIPS = 8  # slips that are measured, after as many that are not
 STILL = 0.1  # of the speed of the hand: a slower skin counts as stuck, since it creeps before it slips
-LONGEST, FRAMES = 600.0, 1 << 16  # s and frames of a measurement, at most; a longer one has longer frames
-FINER = 4.0  # times the steps, by which the error is measured
+LONGEST, FRAMES = 600.0, 1 << 15  # s and frames of a measurement, at most; a longer one has longer frames
+FINER = 4  # times the steps, by which the error is measured
 RUBBED = 1e-3  # of the mean force: a force that varies by less is that of steady sliding
 
 
@@ -56,12 +56,14 @@ class Dragged:
     slip_share: part of the time in which the skin slips; 1 if it slides.
     force: mean and peak-to-peak of the force of friction, N.
     error: of the frequency or of that peak-to-peak, whichever is larger, relative to it.
+    place_error: of the place of the skin, m.
     """
 
     frequency: float
     slip_share: float
     force: tuple[float, float]
     error: float = 0.0
+    place_error: float = 0.0
 
 
 def fall_of_friction(p: Array, load: float, speed: float) -> float:
@@ -87,25 +89,32 @@ def unstable(p: Array, load: float, speed: float) -> bool:
 
 
 def dragged(p: Array, load: float, speed: float, rate: float) -> Dragged:
-    """Return what a finger does that starts stuck, at `rate` frames per second, and its error, by finer steps."""
-    found, finer = _dragged(p, load, speed, rate, FRAMES), _dragged(p, load, speed, FINER * rate, FINER * FRAMES)
-    pairs = ((found.frequency, finer.frequency), (found.force[1], finer.force[1]))
-    errors = [abs(one / other - 1.0) if other > 0.0 else 0.0 for one, other in pairs]
-    return replace(found, error=max(errors) if found.frequency > 0.0 else 0.0)
-
-
-def _dragged(p: Array, load: float, speed: float, rate: float, most: float) -> Dragged:
-    """Return what a finger does that starts stuck, by steps of a frame at most; without the error."""
+    """Return what a finger does that starts stuck, at `rate` frames per second, and its errors, by finer steps."""
     if load <= 0.0 or speed == 0.0:
         return Dragged(0.0, 0.0, (0.0, 0.0))
     first = p[STATIC] * load / p[SPRING] / abs(speed)  # s: the spring reaches static friction
     seconds = min(2 * SLIPS * (first + 2.0 * math.pi * math.sqrt(p[MASS] / p[SPRING])), LONGEST)
-    rate = min(rate, most / seconds)
+    rate = min(rate, FRAMES / seconds)
     frames = math.ceil(seconds * rate)
-    out, state = np.zeros((3, frames)), at_rest()
-    steady = np.full(frames, float(abs(speed)))
-    drag(p, float(rate), state, steady / rate, steady, np.full(frames, float(load)), np.ones(frames), out)
-    _lag, slip, force = out[:, frames // 2 :]
+    usual, finer = (_rows(p, load, speed, times * rate, times * frames + 1) for times in (1, FINER))
+    found, other = _measured(usual, speed, rate), _measured(finer, speed, FINER * rate)
+    if found.frequency == 0.0:
+        return found
+    of_frequency = abs(found.frequency / other.frequency - 1.0) if other.frequency else 1.0
+    error = max(of_frequency, abs(found.force[1] / other.force[1] - 1.0))
+    return replace(found, error=error, place_error=float(np.max(np.abs(usual[0] - finer[0, ::FINER]))))
+
+
+def _rows(p: Array, load: float, speed: float, rate: float, frames: int) -> Array:
+    """Return the rows of `drag` of a finger that starts stuck."""
+    out, steady = np.zeros((3, frames)), np.full(frames, float(abs(speed)))
+    drag(p, float(rate), at_rest(), steady / rate, steady, np.full(frames, float(load)), np.ones(frames), out)
+    return out
+
+
+def _measured(rows: Array, speed: float, rate: float) -> Dragged:
+    """Return what the second half of the rows shows, without errors."""
+    _lag, slip, force = rows[:, rows.shape[1] // 2 :]
     mean, varied = float(np.mean(force)), float(np.ptp(force))
     begun = np.flatnonzero((slip[1:] > abs(speed)) & (slip[:-1] <= abs(speed)))
     if varied <= RUBBED * mean or len(begun) < 2:

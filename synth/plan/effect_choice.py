@@ -11,7 +11,7 @@ Limits  The change is an estimate. It is within a factor of two of the change of
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -85,11 +85,13 @@ class SimulatedEffect:
     """An effect that is simulated.
 
     reason: why "auto" chose it, as a sentence; "" if the scene sets it.
+    motion: what it tells of the motion of the skin (`MotionEffect.told`), if it moves it.
     """
 
     effect: Effect
     settings: Any
     reason: str = ""
+    motion: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -262,11 +264,11 @@ def motion_of(scene: Scene, *, by_hand: bool) -> tuple[list[SimulatedEffect], li
     called, spared = [], []
     for effect, settings, auto in asked(scene, Kind.MOTION):
         assert isinstance(effect, MotionEffect)
-        told = str(effect.told(scene, settings, by_hand=by_hand)["reason"])
+        told = effect.told(scene, settings, by_hand=by_hand)
         if auto and effect.mover(scene, AUTO, by_hand=by_hand) is None:
-            spared.append(LeftOut(effect.name, told, None))
+            spared.append(LeftOut(effect.name, told["reason"], None))
         else:
-            called.append(SimulatedEffect(effect, settings, told))
+            called.append(SimulatedEffect(effect, settings, told["reason"], told))
     return called, spared
 
 

@@ -25,7 +25,7 @@ from synth.motion.motion import LARGEST_LOAD
 from synth.motion.moved_skin import mover_of
 from synth.motion.recorded_motion import rendered_part
 from synth.motion.scan_motion import ScanMotion
-from synth.plan.channels import NEARLY, ChannelPlan, SteadyScan
+from synth.plan.channels import NEARLY, ChannelPlan, SteadyScan, extent_and_peak
 from synth.plan.contact_choice import contact_in_cells, on_line, shape_in_cells
 from synth.plan.direct_plan import (
     DirectPlan,
@@ -61,6 +61,11 @@ from synth.scene.scene import Scene
 
 WIDE = 64  # harmonics in the band: a live scan of an area with more is solved along its path, as its series takes long
 FELT = 0.1  # of the peak-to-peak: smaller errors cause no warning, as a hand distinguishes amplitudes by 0.1 to 0.25
+OVER_PLACES = (
+    3.0,
+    4.5,
+    6.0,
+)  # error of each order over that of a steady scan in other places: up to 1.8 and 4.6 were seen
 EXACT = 1e-6  # tolerance of "exact": the folded error below 0.40 of the rate (design, section 4)
 
 
@@ -192,7 +197,10 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
         solved = _with_motion(solved, cache, exact=exact)
     if solved.effects is None:
         return solved
-    solved, effects = _with_stages(solved, solved.effects, cache, exact=exact)
+    prepared = solved.effects
+    moved = (one.motion for one in prepared.called if one.motion is not None)
+    solved = _with_places(solved, sum(float(told["place_error"]) for told in moved))
+    solved, effects = _with_stages(solved, prepared, cache, exact=exact)
     level = () if solved.live else level_of_effects(scene, effects)
     return replace(solved, warnings=(*solved.warnings, *level))
 
@@ -314,6 +322,21 @@ def _with_effects(solved: Preparation, shapes: PreparedEffects) -> Preparation:
         simulated_channel(channel, asked.full_scale, effects.simulation, along=along) for channel, asked in listed
     )
     return replace(solved, effects=effects, channels=channels)
+
+
+def _with_places(solved: Preparation, shift: float) -> Preparation:
+    """Return `solved` with the errors of its channels where the places of the skin err by `shift` (m).
+
+    They are relative to the peak-to-peak along the skin's own motion.
+    """
+    if shift == 0.0 or solved.turns == 0.0:
+        return solved
+    steady, turn, changed = solved.steady, abs(solved.turns) * solved.period, []
+    for one in solved.channels:
+        extent, slope = extent_and_peak(steady.series(one.order))[0], extent_and_peak(steady.series(one.order + 1))[1]
+        more = OVER_PLACES[one.order] * slope * shift / (turn * extent) if extent > 0.0 else 0.0
+        changed.append(replace(one, error=one.error + more))
+    return replace(solved, channels=tuple(changed))
 
 
 def _with_stages(

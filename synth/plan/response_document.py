@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from synth.effects.effect import MotionEffect
 from synth.plan.preparation import Preparation
 from synth.plan.request import N_MAX, harmonics_in_band
 from synth.plan.simulated_parts import MOST_REPORTED
@@ -39,8 +38,8 @@ def response_document(solved: Preparation) -> dict[str, Any]:
         "channels": _channels(solved),
     }
     for one in () if solved.effects is None else solved.effects.called:
-        if isinstance(one.effect, MotionEffect):
-            response["motion"] = one.effect.told(scene, one.settings, by_hand=solved.by_hand)
+        if one.motion is not None:
+            response["motion"] = dict(one.motion)
     plan = None if solved.effects is None else solved.effects.simulation
     if plan is not None:
         response["simulation"] = _simulation_document(plan, scene.output.sample_rate)

@@ -255,3 +255,18 @@ def test_a_finger_sticks_and_slips_on_every_surface(surface: str) -> None:
     drawn, _plan = rendered(scene, 4000)
     force = drawn[:, 1] / 0.5
     assert kinetic - 2.0 * (static - kinetic) < np.min(force) <= np.max(force) <= static * 1.02
+
+
+@pytest.mark.parametrize("quantity", ["displacement", "acceleration"])
+def test_a_file_errs_by_no_more_than_the_plan_says(quantity: str) -> None:
+    """Against the same file at twelve times the rate, whose steps are as much finer; 1 kHz of band."""
+    for settings, speed in (({}, "10 mm/s"), ({}, "20 mm/s"), (GLASS, "10 mm/s")):
+        found = []
+        for rate in (RATE, 12 * RATE):
+            output = {"quantity": quantity, "sample_rate": rate, "bandwidth": "1 kHz"}
+            scene = scene_of({"speed": speed, "load": "0.5 N"}, settings, output, texture={"period": "0.8 mm"})
+            drawn, plan = rendered(scene, round(0.2 * rate))
+            found.append((drawn[:: rate // RATE, 0], plan.estimated_error[quantity]))
+        (usual, told), (finer, _told) = found
+        assert np.max(np.abs(usual - finer)) <= told * np.ptp(finer)
+        assert told < 0.02

@@ -94,7 +94,7 @@ class SlidingSkin(MotionEffect["Preparation"]):
 
     def told(self, scene: Scene, settings: SlidingSettings, *, by_hand: bool) -> dict[str, Any]:
         """See `MotionEffect`."""
-        return {"reason": "", "lag_seconds": settings.time}
+        return {"reason": "", "place_error": 0.0, "lag_seconds": settings.time}
 
     def channels(self, scene: Scene, settings: SlidingSettings) -> tuple[str, ...]:
         """See `OutputEffect`."""
