@@ -27,13 +27,7 @@ from synth.motion.recorded_motion import rendered_part
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.channels import NEARLY, ChannelPlan, SteadyScan, extent_and_peak
 from synth.plan.contact_choice import contact_in_cells, on_line, shape_in_cells
-from synth.plan.direct_plan import (
-    DirectPlan,
-    beyond_table,
-    direct_plan,
-    follows_path,
-    over_area,
-)
+from synth.plan.direct_plan import DirectPlan, beyond_table, direct_plan, follows_path, over_area
 from synth.plan.effect_choice import LONGEST_WHOLE, SimulationCase, outputs_of
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, simulated_channel
