@@ -68,10 +68,14 @@ class StickSlipSettings(Section):
         default="skin", description="Surface whose friction is taken where it is not given (unverified default)."
     )
     static_friction: Annotated[float | None, Quantity(Dimension.NONE, 0.01, 10.0)] = Field(
-        default=None, description="Coefficient mu_s at rest; null: that of the surface (unverified default)."
+        default=None,
+        description="Coefficient mu_s at rest; null: that of the surface, or mu_d if that is given and larger "
+        "(unverified default).",
     )
     kinetic_friction: Annotated[float | None, Quantity(Dimension.NONE, 0.01, 10.0)] = Field(
-        default=None, description="Coefficient mu_d of a fast finger; null: that of the surface (unverified default)."
+        default=None,
+        description="Coefficient mu_d of a fast finger; null: that of the surface, or mu_s if that is given and "
+        "smaller (unverified default).",
     )
     stribeck_speed: Annotated[float | None, Quantity(Dimension.SPEED, 1e-5, 1.0)] = Field(
         default=None,
@@ -115,11 +119,12 @@ class StickSlipSettings(Section):
     @property
     def friction(self) -> tuple[float, float, float]:
         """Coefficients mu_s and mu_d, and v_s (m/s)."""
-        given = self.static_friction, self.kinetic_friction, self.stribeck_speed
-        static, kinetic, speed = (
-            own if one is None else one for one, own in zip(given, SURFACES[self.surface], strict=True)
-        )
-        return static, kinetic, speed
+        static, kinetic, speed = SURFACES[self.surface]
+        if self.static_friction is not None:
+            static, kinetic = self.static_friction, min(kinetic, self.static_friction)
+        if self.kinetic_friction is not None:
+            static, kinetic = max(static, self.kinetic_friction), self.kinetic_friction
+        return static, kinetic, speed if self.stribeck_speed is None else self.stribeck_speed
 
     @property
     def parameters(self) -> Array:
@@ -131,16 +136,11 @@ class StickSlipSettings(Section):
     @classmethod
     def conflicts(cls, given: Fields) -> list[Refusal]:
         """Refuse friction that rises with speed."""
-        own = SURFACES.get(str(given.get("surface", "skin")), SURFACES["skin"])
         static, kinetic = cls.value_of(given, "static_friction"), cls.value_of(given, "kinetic_friction")
-        static, kinetic = (fixed if one is None else one for one, fixed in zip((static, kinetic), own, strict=False))
-        if kinetic <= static:
+        if static is None or kinetic is None or kinetic <= static:
             return []
-        name = "static_friction" if given.get("static_friction") is not None else "kinetic_friction"
-        value = static if name == "static_friction" else kinetic
-        allowed = "a static friction that is at least the kinetic friction"
-        hint = f"Here mu_s is {static:g} and mu_d {kinetic:g}. Write both, or another surface."
-        return [refusal([name], value, allowed, hint)]
+        allowed = f"at least the kinetic friction, {kinetic:g}"
+        return [refusal(["static_friction"], static, allowed, "Write a larger one, or reduce kinetic_friction.")]
 
 
 class StickSlip(MotionEffect["Preparation"]):

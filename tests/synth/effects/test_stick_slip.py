@@ -233,8 +233,7 @@ def test_moisture_is_off_unless_asked_and_raises_friction_on_glass() -> None:
 @pytest.mark.parametrize(
     ("settings", "pointer", "says"),
     [
-        ({"static_friction": 0.3}, "static_friction", "at least the kinetic friction"),
-        ({"kinetic_friction": 2.0}, "kinetic_friction", "at least the kinetic friction"),
+        ({"static_friction": 0.3, "kinetic_friction": 0.4}, "static_friction", "at least the kinetic friction, 0.4"),
         ({"surface": "wet glas"}, "surface", "wet_glass"),
         ({"mass": 0.0}, "mass", "1 mg"),
         ({"stiffness": math.nan}, "stiffness", "N/m"),
@@ -246,6 +245,17 @@ def test_bad_settings_are_refused_with_what_to_write(settings: dict[str, Any], p
     (fault,) = refused.value.faults
     assert fault.pointer == f"/effects/stick_slip/{pointer}"
     assert says in f"{fault.allowed} {fault.hint}" and fault.hint
+
+
+def test_a_coefficient_that_is_given_alone_moves_the_other_where_it_must() -> None:
+    for given, wanted in (
+        ({}, (0.9, 0.5)),
+        ({"static_friction": 0.3}, (0.3, 0.3)),
+        ({"kinetic_friction": 2.0}, (2.0, 2.0)),
+        ({"static_friction": 0.6, "kinetic_friction": 0.2}, (0.6, 0.2)),
+    ):
+        settings = scene_of(settings=given).effects["stick_slip"]
+        assert settings.friction[:2] == wanted
 
 
 @pytest.mark.parametrize("surface", SURFACES)
