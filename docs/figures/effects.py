@@ -22,6 +22,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 from clients.figure_look import BLUE, FAINT, GREEN, INK, LOOK, RED, Real, new_figure, saved
 from synth import Voice, open_voice, parse_scene
 from synth.effects.simulation.steps import HEIGHT, ROWS
+from synth.motion.scan_motion import ScanMotion
 from synth.plan.effect_choice import stiffness_round
 
 Settings = Mapping[str, Any]
@@ -301,6 +302,33 @@ def way_of(place: str) -> Any:
     return stage.way
 
 
+def stick_slip() -> Figure:
+    """Return the way of the skin behind the hand on wet glass, and its friction at two speeds."""
+    figure, (left, right) = panels(1.0, 1.25)
+    frames = RATE // 10
+    time = 1e3 * np.arange(frames + 1) / RATE
+    for speed, colour in ((0.01, BLUE), (0.08, GREEN)):
+        scene = parse_scene({
+            "texture": {"amplitude": 0.0},
+            "scan": {"speed": speed, "load": "0.5 N"},
+            "effects": {"stick_slip": {"surface": "wet_glass"}},
+        })  # fmt: skip
+        name = f"{1e3 * speed:.0f} mm/s"
+        right.plot(time, rendered(open_voice(scene), frames + 1)[:, 1] / 0.5, color=colour, linewidth=1.2, label=name)
+        if speed < 0.05:
+            hand, skin = (ScanMotion(scene, hand=led).at(0, frames + 1).position for led in (True, False))
+            left.plot(time, 1e3 * (hand - hand[0]), color=FAINT, linewidth=1.2, label="hand")
+            left.plot(time, 1e3 * (skin - skin[0]), color=colour, linewidth=1.3, label="skin")
+    titled(left, "way on wet glass at 10 mm/s", "time (ms)", "mm")
+    named(left, loc="upper left")
+    titled(right, "force of friction over the load", "time (ms)", "")
+    right.set_ylim(0.0, 1.0)
+    named(right, loc="upper right", ncols=2, columnspacing=1.0)
+    for axes in (left, right):
+        axes.set_xlim(0.0, 100.0)
+    return figure
+
+
 def tangential() -> Figure:
     """Return the force of the slopes, and the whole force for two laws of friction."""
     figure, (left, right) = panels(1.0, 1.0)
@@ -329,7 +357,7 @@ def force(**settings: Any) -> Real:
 
 FIGURES: Mapping[str, Callable[[], Figure]] = {
     draw.__name__: draw
-    for draw in (adhesion, contact_growth, curvature, inertia, propagation, tangential, viscous_skin)
+    for draw in (adhesion, contact_growth, curvature, inertia, propagation, stick_slip, tangential, viscous_skin)
 }
 
 if __name__ == "__main__":

@@ -1,8 +1,10 @@
-"""The interface of effects: the three ways in which a physical cause enters a render.
+"""The interface of effects: the four ways in which a physical cause enters a render.
 
 Stage   2 and 3. `effect_choice` reads reasons and estimates, `preparation` solves, and only `voice` steps.
 Model   The whole model is one balance, m z'' + c z' = sum of the pressure over the contact - w, and the outputs read
-        from it. An effect is of one of three kinds, which run in this order:
+        from it. An effect is of one of four kinds, which run in this order:
+        MOTION    moves the skin in place of the hand (`motion.moved_skin`). Everything after it reads that motion. It
+                  adds channels as an OUTPUT effect does, which sound on a smooth surface too.
         SHAPE     replaces the contact: where it touches, and how deep. The new contact is still solved once.
         BALANCE   replaces a term of the balance (`simulation.terms`): mass, damping, or the law of the pressure. z is
                   then simulated step by step, by one simulation for all such effects together.
@@ -33,6 +35,7 @@ if TYPE_CHECKING:
     from synth.contact.load_balance import Contact
     from synth.effects.simulation.running import Signal
     from synth.motion.motion import Motion
+    from synth.motion.moved_skin import Mover
     from synth.response_cache import ResponseCache
 
 Solved = TypeVar("Solved")
@@ -41,9 +44,10 @@ Solved = TypeVar("Solved")
 class Kind(IntEnum):
     """How an effect enters the model, in the order in which kinds run."""
 
-    SHAPE = 0
-    BALANCE = 1
-    OUTPUT = 2
+    MOTION = 0
+    SHAPE = 1
+    BALANCE = 2
+    OUTPUT = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +86,13 @@ class Effect(ABC):
     def added(self, settings: Any) -> int:
         """Return the number of channels that the effect adds."""
         return 0
+
+    def mover(self, scene: Scene, settings: Any, *, by_hand: bool) -> Mover | None:
+        """Return what moves the skin in place of the hand, or None. `settings` may be "auto".
+
+        by_hand: whether a hand sets the motion, instead of the scan.
+        """
+        return None
 
     def clash(self, settings: Any, others: Mapping[str, Any]) -> tuple[str, str] | None:
         """If these settings conflict with another effect, return what is allowed and what to write instead."""
@@ -159,6 +170,27 @@ class OutputEffect(Effect, Generic[Solved]):
 
         solved: the prepared scene, with its channels as a voice has them, errors included.
         cache: solved responses.
+        """
+
+
+class MotionEffect(OutputEffect[Solved]):
+    """Moves the skin in place of the hand, and adds channels. They sound also where z is silent.
+
+    replaces: all of them replace the motion of the skin.
+    """
+
+    kind = Kind.MOTION
+    replaces = "the motion of the skin"
+
+    @abstractmethod
+    def mover(self, scene: Scene, settings: Any, *, by_hand: bool) -> Mover | None:
+        """See `Effect`; None where "auto" leaves the effect out."""
+
+    @abstractmethod
+    def told(self, scene: Scene, settings: Any, *, by_hand: bool) -> dict[str, Any]:
+        """Return what the plan tells of the motion, as JSON: numbers and sentences by name.
+
+        "reason" is a sentence, "place_error" the error of the places of the skin at the scan's own speed and load, m.
         """
 
 

@@ -19,6 +19,7 @@ LARGEST_LOAD = 1e3  # N: the end of the scene's range; a larger load of a hand i
 SPEED, SPEED_RATE, LOAD, LOAD_RATE, LOAD_BEND = range(5)
 NOWHERE: Array = np.empty(0)
 NO_PATH: Array = np.empty((2, 0))
+NO_FORCE: Array = np.empty((1, 0))
 ACROSS, DIRECTION = range(2)  # rows of `path`
 KEPT = ("load", "direction")  # fields of an update that remain until a later update has them
 
@@ -57,12 +58,15 @@ class Motion:
     path: float64 [2, frames], over an area: how far the surface has moved across (m), and the direction of the finger
         (rad). It is empty if the finger stays on the line of the scan.
     complete: True where the derivatives are given; otherwise a voice takes differences from the preceding frame.
+    force: float64 [axes, frames]: the force (N) that moves the skin in place of the hand (`moved_skin`), along x and,
+        over an area, across. It is empty if the skin moves with the hand.
     """
 
     samples: Array
     position: Array = field(default_factory=lambda: NOWHERE)
     path: Array = field(default_factory=lambda: NO_PATH)
     complete: bool = True
+    force: Array = field(default_factory=lambda: NO_FORCE)
 
     @property
     def frames(self) -> int:
@@ -72,7 +76,9 @@ class Motion:
     def part(self, first: int, end: int | None = None) -> Motion:
         """Return the motion from frame `first` to before frame `end`."""
         some = slice(first, end)
-        return Motion(self.samples[:, some], self.position[some], self.path[:, some], self.complete)
+        return Motion(
+            self.samples[:, some], self.position[some], self.path[:, some], self.complete, self.force[:, some]
+        )
 
     @classmethod
     def of(

@@ -4,6 +4,7 @@ Model   Constant scan: p = u t. Stroke: see `stroke_motion`. Trajectory: the cur
         the surface moves by p along a line at the angle `heading`, or along the recorded places. Before the first and
         after the last point of a trajectory, the position continues in a straight line and the load stays. Where the
         output lasts longer than the trajectory, the load falls to zero within LIFT_TIME after the last point.
+        Where an effect moves the skin, the motion is that of the skin (`moved_skin`).
 Source  design, section 4.
 """
 
@@ -16,7 +17,9 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.motion.motion import ACROSS, DIRECTION, LOAD, LOAD_BEND, LOAD_RATE, NO_PATH, SPEED, SPEED_RATE, Motion
+from synth.motion.moved_skin import LOOKED, SETTLING, SkinAlongScan, mover_of
 from synth.motion.recorded_motion import Curve, RecordedMotion
+from synth.scene.line_scan import as_written
 from synth.scene.scene import Scene
 
 LIFT_TIME = 0.02  # s, duration of lifting after a trajectory; a shorter one clicks
@@ -27,11 +30,13 @@ class ScanMotion:
 
     rate: frames per second; by default that of the output.
     whole: for a voice that may play longer than `output.duration`, and lifts in any case.
+    hand: whether it is the motion of the hand, also where an effect moves the skin otherwise.
     duration: time at which a recording ends, s; infinite for any other scan.
     lifts: whether the finger lifts after a recording.
+    moved: whether the skin does not move with the hand.
     """
 
-    def __init__(self, scene: Scene, rate: float | None = None, *, whole: bool = False) -> None:
+    def __init__(self, scene: Scene, rate: float | None = None, *, whole: bool = False, hand: bool = False) -> None:
         self.rate = float(rate or scene.output.sample_rate)
         self.scan = scene.scan
         recorded = scene.scan.trajectory is not None
@@ -43,9 +48,24 @@ class ScanMotion:
             self._stroke = stroke_motion
         self.duration = np.inf if self._recorded is None else self._recorded.end
         self.lifts = recorded and (whole or scene.output.duration > self.duration + 0.5 / scene.output.sample_rate)
+        self._frames = scene.output.sample_rate
+        self._skin: SkinAlongScan | None = None
+        mover = None if hand else mover_of(scene)
+        if mover is not None:
+            led = ScanMotion(as_written(scene), self._frames, whole=whole, hand=True)
+            settling = LIFT_TIME if recorded else 0.0 if self._stroke is not None else SETTLING
+            self._skin = SkinAlongScan(mover, led.at, led.rate, settling)
+        self.moved = mover is not None
 
     def at(self, first: int, frames: int) -> Motion:
         """Return the motion of `frames` frames from frame `first`; frame n is at t = n / rate."""
+        hand = self.of_hand(first, frames)
+        if self._skin is None or not frames:
+            return hand
+        return self._skin.at(hand, np.arange(first, first + frames) * (self._frames / self.rate))
+
+    def of_hand(self, first: int, frames: int) -> Motion:
+        """Return the motion of the hand, as `at` does."""
         if self._stroke is not None:
             return self._on_line(self._stroke(self.scan.stroke, first, frames, self.rate))
         t = np.arange(first, first + frames) / self.rate
@@ -78,8 +98,12 @@ class ScanMotion:
         return load, load
 
     def fastest(self) -> float:
-        """Return the largest absolute speed (m/s) of the scan."""
-        return abs(self.scan.speed) if self._recorded is None else self._recorded.fastest()
+        """Return the largest absolute speed (m/s) of the scan: that of the skin, where it was looked for, if higher."""
+        fastest = abs(self.scan.speed) if self._recorded is None else self._recorded.fastest()
+        if self._skin is None:
+            return fastest
+        lasting = LOOKED if self.scan.stroke is None else self.scan.stroke.period
+        return max(fastest, self._skin.fastest(lasting if self._recorded is None else self.duration))
 
     def warnings(self) -> tuple[str, ...]:
         """Return the warnings about changes to the recorded points."""

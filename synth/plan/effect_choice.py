@@ -11,7 +11,7 @@ Limits  The change is an estimate. It is within a factor of two of the change of
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +19,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
-from synth.effects.effect import BalanceEffect, Effect, Kind, OutputEffect, ShapeEffect
+from synth.effects.effect import BalanceEffect, Effect, Kind, MotionEffect, OutputEffect, ShapeEffect
 from synth.errors import Fault, SceneError
 from synth.plan.request import Request
 from synth.response.mean_approach import Mean
@@ -53,11 +53,12 @@ class SimulationCase(Request):
 
     @property
     def nominal(self) -> Scene:
-        """The steady scan at the scene's own speed and load."""
+        """The steady scan at the scene's own speed and load, on which the skin moves with the hand."""
         scan = self.scene.scan.model_copy(
             update={"stroke": None, "trajectory": None, "heading": 0.0, "load": self.load}
         )
-        return self.scene.model_copy(update={"scan": scan})
+        effects = {name: one for name, one in self.scene.effects.items() if effect_called(name).kind != Kind.MOTION}
+        return self.scene.model_copy(update={"scan": scan, "effects": FrozenMapping(effects)})
 
     @property
     def load(self) -> float:
@@ -84,11 +85,13 @@ class SimulatedEffect:
     """An effect that is simulated.
 
     reason: why "auto" chose it, as a sentence; "" if the scene sets it.
+    motion: what it tells of the motion of the skin (`MotionEffect.told`), if it moves it.
     """
 
     effect: Effect
     settings: Any
     reason: str = ""
+    motion: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -244,17 +247,39 @@ def largest_of(tried: list[Tried]) -> tuple[Tried | None, list[LeftOut]]:
 
 
 def outputs_of(scene: Scene) -> list[tuple[OutputEffect[Any], Any]]:
-    """Return the effects on the output that `scene` names, with their settings."""
+    """Return the effects that add channels to the output, with their settings, in the order of the channels."""
     found = []
-    for effect, settings, _auto in asked(scene, Kind.OUTPUT):
-        assert isinstance(effect, OutputEffect)
-        found.append((effect, settings))
+    for kind in (Kind.MOTION, Kind.OUTPUT):
+        for effect, settings, _auto in asked(scene, kind):
+            assert isinstance(effect, OutputEffect)
+            found.append((effect, settings))
     return found
+
+
+def motion_of(scene: Scene, *, by_hand: bool) -> tuple[list[SimulatedEffect], list[LeftOut]]:
+    """Return the effects on the motion that are simulated, and those on "auto" that are left out.
+
+    by_hand: whether a hand sets the motion, instead of the scan.
+    """
+    called, spared = [], []
+    for effect, settings, auto in asked(scene, Kind.MOTION):
+        assert isinstance(effect, MotionEffect)
+        told = effect.told(scene, settings, by_hand=by_hand)
+        if auto and effect.mover(scene, AUTO, by_hand=by_hand) is None:
+            spared.append(LeftOut(effect.name, told["reason"], None))
+        else:
+            called.append(SimulatedEffect(effect, settings, told["reason"], told))
+    return called, spared
 
 
 def added_quantities(scene: Scene) -> tuple[str, ...]:
     """Return the quantities of the channels that the effects of `scene` add."""
     return tuple(quantity for effect, settings in outputs_of(scene) for quantity in effect.channels(scene, settings))
+
+
+def added_where_smooth(scene: Scene) -> int:
+    """Return the number of channels that sound on a texture without height too. They come first."""
+    return sum(effect.added(settings) for effect, settings in outputs_of(scene) if effect.kind == Kind.MOTION)
 
 
 def with_added_scales(scene: Scene, full_scale: tuple[float | None, ...]) -> Scene:

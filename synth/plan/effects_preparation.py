@@ -29,6 +29,7 @@ from synth.plan.effect_choice import (
     groups,
     judged,
     largest_of,
+    motion_of,
     moving_ends,
     outputs_of,
     relative_change,
@@ -54,7 +55,7 @@ class PreparedEffects:
     spared: effects that are left out, in the same order.
     simulation: simulation of the effects on the balance, or None.
     stages: stages of the effects on the output.
-    silent: channels of the effects on the output, if the scene is silent.
+    silent: channels of the effects on the output, if z is silent.
     """
 
     called: tuple[SimulatedEffect, ...]
@@ -66,7 +67,7 @@ class PreparedEffects:
     @property
     def channels(self) -> tuple[AddedChannel, ...]:
         """The channels that the stages add, in order."""
-        return self.silent or tuple(channel for stage in self.stages for channel in stage.channels)
+        return (*(channel for stage in self.stages for channel in stage.channels), *self.silent)
 
     def warnings(self, tolerance: float, felt: float, channels: Sequence[ChannelPlan]) -> tuple[str, ...]:
         """Return a warning for each quantity that misses the tolerance, and one if the finger has come off.
@@ -91,7 +92,7 @@ class PreparedEffects:
 
     def scaled_as(self, other: PreparedEffects) -> PreparedEffects:
         """Return the effects of a silent scene with the full scales of `other`."""
-        pairs = zip(self.silent, other.channels, strict=False)
+        pairs = zip(self.silent, other.channels[len(self.channels) - len(self.silent) :], strict=False)
         return replace(self, silent=tuple(replace(now, full_scale=then.full_scale) for now, then in pairs))
 
     def louder(self, times: float, moved: tuple[float, ...]) -> PreparedEffects:
@@ -169,18 +170,25 @@ def effects_of(case: SimulationCase, shapes: PreparedEffects) -> PreparedEffects
             if isinstance(law, BalanceEffect) and law.needs_fixed_ends and not auto:
                 raise moving_ends(shapes.called[0].effect.name, law.name)
     plan, called, spared = _simulated(case)
-    called += [SimulatedEffect(effect, settings) for effect, settings in outputs_of(case.scene)]
-    return PreparedEffects((*shapes.called, *called), (*shapes.spared, *spared), plan)
+    called += [SimulatedEffect(*one) for one in outputs_of(case.scene) if one[0].kind == Kind.OUTPUT]
+    moving, resting = motion_of(case.scene, by_hand=case.by_hand)
+    return PreparedEffects((*moving, *shapes.called, *called), (*resting, *shapes.spared, *spared), plan)
 
 
-def left_out(scene: Scene, silence: str) -> PreparedEffects:
-    """Return the effects of a silent scene. None is simulated, and the channels that they add are silent too."""
+def left_out(scene: Scene, silence: str, *, by_hand: bool) -> PreparedEffects:
+    """Return the effects of a scene whose z is silent: those on the motion are simulated, the others are silent.
+
+    by_hand: whether a hand sets the motion, instead of the scan.
+    """
     silent = []
     for effect, settings in outputs_of(scene):
-        for quantity, scale in zip(effect.channels(scene, settings), effect.scales(settings), strict=True):
-            silent.append(AddedChannel(quantity, scale or 1.0, 0.0, 0.0, "silence"))
-    spared = tuple(LeftOut(name, silence, 0.0) for name in scene.effects)
-    return PreparedEffects((), spared, silent=tuple(silent))
+        if effect.kind == Kind.OUTPUT:
+            for quantity, scale in zip(effect.channels(scene, settings), effect.scales(settings), strict=True):
+                silent.append(AddedChannel(quantity, scale or 1.0, 0.0, 0.0, "silence"))
+    called, spared = motion_of(scene, by_hand=by_hand)
+    moving = {effect.name for effect, _settings, _auto in asked(scene, Kind.MOTION)}
+    spared += [LeftOut(name, silence, 0.0) for name in scene.effects if name not in moving]
+    return PreparedEffects(tuple(called), tuple(spared), silent=tuple(silent))
 
 
 def simulated_channel(base: ChannelPlan, full_scale: float | None, plan: SimulationPlan, *, along: bool) -> ChannelPlan:

@@ -29,6 +29,7 @@ from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.motion.fade_envelope import fade_envelope
 from synth.motion.motion import LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE
+from synth.motion.moved_skin import mover_of
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
 from synth.plan.frame_plan import CURVE_READ, FRAME_SETUP, FramePlan, solution_nanoseconds, stride_of
 from synth.plan.request import Request
@@ -215,7 +216,7 @@ def _rendered(scene: Scene, whole: bool) -> float:
 def differs_from_cruise(scene: Scene) -> bool:
     """Return whether the largest values of a scan may differ from those at its own speed and load."""
     stroke = scene.scan.stroke
-    if not scene.scan.along_x:
+    if not scene.scan.along_x or mover_of(scene) is not None:
         return True
     if stroke is None:
         return scene.scan.trajectory is not None

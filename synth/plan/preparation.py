@@ -22,17 +22,12 @@ from synth.contact.load_balance import Contact
 from synth.effects.effect import AddedChannel, Kind
 from synth.errors import Fault, SceneError
 from synth.motion.motion import LARGEST_LOAD
+from synth.motion.moved_skin import mover_of
 from synth.motion.recorded_motion import rendered_part
 from synth.motion.scan_motion import ScanMotion
-from synth.plan.channels import NEARLY, ChannelPlan, SteadyScan
+from synth.plan.channels import NEARLY, ChannelPlan, SteadyScan, extent_and_peak
 from synth.plan.contact_choice import contact_in_cells, on_line, shape_in_cells
-from synth.plan.direct_plan import (
-    DirectPlan,
-    beyond_table,
-    direct_plan,
-    follows_path,
-    over_area,
-)
+from synth.plan.direct_plan import DirectPlan, beyond_table, direct_plan, follows_path, over_area
 from synth.plan.effect_choice import LONGEST_WHOLE, SimulationCase, outputs_of
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, simulated_channel
@@ -60,6 +55,11 @@ from synth.scene.scene import Scene
 
 WIDE = 64  # harmonics in the band: a live scan of an area with more is solved along its path, as its series takes long
 FELT = 0.1  # of the peak-to-peak: smaller errors cause no warning, as a hand distinguishes amplitudes by 0.1 to 0.25
+OVER_PLACES = (
+    3.0,
+    4.5,
+    6.0,
+)  # error of each order over that of a steady scan in other places: up to 1.8 and 4.6 were seen
 EXACT = 1e-6  # tolerance of "exact": the folded error below 0.40 of the rate (design, section 4)
 
 
@@ -146,6 +146,7 @@ def prepare(
     stretch = _stretch(scene)
     scan = scene.scan
     moves = scan.stroke is not None or scan.trajectory is not None or not scan.along_x or stretch is not None
+    moves = moves or mover_of(scene) is not None
     heard = by_hand or paced  # while it is rendered
     area = heard and follows_path(scene)
     area = area and (by_hand or moves or harmonics_in_band(scene, WIDE + 1) > WIDE)
@@ -168,7 +169,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
     solved = Preparation(*asked.request, tolerance, ScanMotion(scene, whole=asked.live).warnings())
     silence = silence_of(asked, geometry) or ("" if has_approach(scene) else above_band(asked))
     if silence:
-        return _silent(solved, silence)
+        return _silent(solved, silence, cache)
     contact, cells = contact_in_cells(asked, cache, tolerance, file=file)
     if scene.accuracy.tolerance == "imperceptible":
         tolerance = imperceptible(contact, asked)
@@ -179,7 +180,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
     spectrum = series_of(asked, contact, demand, cache)
     on_surface = None if asked.stretch is None else on_whole(contact, scene)
     solved = replace(solved, tolerance=tolerance, contact=contact, on_surface=on_surface, spectrum=spectrum)
-    solved = _planned(solved, demand, cells, file=file)
+    solved = _planned(solved, demand, cells, cache, file=file)
     if solved.silence:
         return solved
     if shapes is not None:
@@ -190,12 +191,15 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
         solved = _with_motion(solved, cache, exact=exact)
     if solved.effects is None:
         return solved
-    solved, effects = _with_stages(solved, solved.effects, cache, exact=exact)
+    prepared = solved.effects
+    moved = (one.motion for one in prepared.called if one.motion is not None)
+    solved = _with_places(solved, sum(float(told["place_error"]) for told in moved))
+    solved, effects = _with_stages(solved, prepared, cache, exact=exact)
     level = () if solved.live else level_of_effects(scene, effects)
     return replace(solved, warnings=(*solved.warnings, *level))
 
 
-def _planned(solved: Preparation, demand: Demand, cells: Array, *, file: bool) -> Preparation:
+def _planned(solved: Preparation, demand: Demand, cells: Array, cache: ResponseCache, *, file: bool) -> Preparation:
     """Return `solved` with its frames, mean and channels, before effects; silent if it moves too little.
 
     cells: error of each order by the size of the cells.
@@ -208,7 +212,7 @@ def _planned(solved: Preparation, demand: Demand, cells: Array, *, file: bool) -
     if still and not solved.by_hand:
         if not has_approach(scene):
             moves = not above_band(solved) and any(peaks.get(order, 1.0) > 0.0 for order in solved.orders)
-            return _silent(replace(solved, spectrum=None), still, 1.0 if moves else 0.0)
+            return _silent(replace(solved, spectrum=None), still, cache, 1.0 if moves else 0.0)
         solved = replace(solved, warnings=(*solved.warnings, still))
     channels = tuple(steady.planned(one, peaks, still=bool(still)) for one in scene.output.channel_list)
     if not solved.moving:
@@ -247,22 +251,23 @@ def _stretch(scene: Scene) -> Stretch | None:
     return None
 
 
-def _silent(solved: Preparation, silence: str, error: float = 0.0) -> Preparation:
-    """Return the preparation of a silent scene.
+def _silent(solved: Preparation, silence: str, cache: ResponseCache, error: float = 0.0) -> Preparation:
+    """Return the preparation of a scene whose z is silent. Effects that move the skin still add their channels.
 
     error: of its quantities, relative to their peak-to-peak; 1 where a motion is left out.
     """
     scene = solved.scene
-    return replace(
-        solved,
-        channels=tuple(
-            ChannelPlan(one.quantity, ORDERS[one.quantity], one.full_scale or 1.0, error, 0.0, None)
-            for one in scene.output.channel_list
-        ),
-        warnings=(*solved.warnings, silence),
-        silence=silence,
-        effects=left_out(scene, silence) if scene.effects else None,
+    channels = tuple(
+        ChannelPlan(one.quantity, ORDERS[one.quantity], one.full_scale or 1.0, error, 0.0, None)
+        for one in scene.output.channel_list
     )
+    solved = replace(solved, channels=channels, warnings=(*solved.warnings, silence), silence=silence)
+    if not scene.effects:
+        return solved
+    moving = tuple(one for one in outputs_of(scene) if one[0].kind == Kind.MOTION)
+    stages = tuple(effect.prepare(solved, settings, cache) for effect, settings in moving)
+    effects = left_out(scene, silence, by_hand=solved.by_hand)
+    return replace(solved, effects=replace(effects, stages=stages))
 
 
 def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> Preparation:
@@ -311,6 +316,21 @@ def _with_effects(solved: Preparation, shapes: PreparedEffects) -> Preparation:
         simulated_channel(channel, asked.full_scale, effects.simulation, along=along) for channel, asked in listed
     )
     return replace(solved, effects=effects, channels=channels)
+
+
+def _with_places(solved: Preparation, shift: float) -> Preparation:
+    """Return `solved` with the errors of its channels where the places of the skin err by `shift` (m).
+
+    They are relative to the peak-to-peak along the skin's own motion.
+    """
+    if shift == 0.0 or solved.turns == 0.0:
+        return solved
+    steady, turn, changed = solved.steady, abs(solved.turns) * solved.period, []
+    for one in solved.channels:
+        extent, slope = extent_and_peak(steady.series(one.order))[0], extent_and_peak(steady.series(one.order + 1))[1]
+        more = OVER_PLACES[one.order] * slope * shift / (turn * extent) if extent > 0.0 else 0.0
+        changed.append(replace(one, error=one.error + more))
+    return replace(solved, channels=tuple(changed))
 
 
 def _with_stages(

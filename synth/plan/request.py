@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from synth.motion.moved_skin import mover_of
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.stretch import Stretch
 from synth.response.reading_filter import ORDERS
@@ -63,6 +64,7 @@ class Request:
         """True if no series gives the samples: the speed or the load changes, or the surface is too long for one."""
         scan = self.scene.scan
         own = scan.stroke is not None or scan.trajectory is not None or not scan.along_x
+        own = own or mover_of(self.scene) is not None
         return self.by_hand or own or self.stretch is not None or self.area
 
     @property

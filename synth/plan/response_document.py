@@ -37,6 +37,9 @@ def response_document(solved: Preparation) -> dict[str, Any]:
         "phases_solved": 0 if spectrum is None else spectrum.phases,
         "channels": _channels(solved),
     }
+    for one in () if solved.effects is None else solved.effects.called:
+        if one.motion is not None:
+            response["motion"] = dict(one.motion)
     plan = None if solved.effects is None else solved.effects.simulation
     if plan is not None:
         response["simulation"] = _simulation_document(plan, scene.output.sample_rate)

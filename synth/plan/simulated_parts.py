@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from synth.effects.effect import Price
+from synth.motion.moved_skin import mover_of
 from synth.plan.preparation import Preparation
 from synth.plan.request import harmonics_in_band
 from synth.plan.scene_table import bounds_for
@@ -45,11 +46,13 @@ class Simulated:
 
 def simulated_parts(solved: Preparation) -> tuple[Simulated, ...]:
     """Return what is simulated, in the order in which it runs."""
-    if solved.spectrum is None:
+    if solved.spectrum is None and solved.effects is None:
         return ()
     plan = None if solved.effects is None else solved.effects.simulation
     called = () if solved.effects is None else solved.effects.called
-    own = [_simulation_part(solved, plan)] if plan is not None else _response_parts(solved)
+    own = [_simulation_part(solved, plan)] if plan is not None else []
+    if plan is None and solved.spectrum is not None:
+        own = _response_parts(solved)
     return (
         *own,
         *(
@@ -132,6 +135,8 @@ def _varying(solved: Preparation) -> str:
         return f"The load varies between {low:.4g} N and {high:.4g} N"
     if not solved.scene.scan.along_x:
         return "The surface moves on a path over the area"
+    if mover_of(solved.scene) is not None:
+        return "The skin does not move with the hand"
     return "The speed varies" if solved.stretch is None else "The surface is too long for a series"
 
 

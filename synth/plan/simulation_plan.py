@@ -30,6 +30,7 @@ import numpy as np
 from synth.effects.simulation.running import RESPONSE, Signal, Simulation
 from synth.effects.simulation.steps import Stepper
 from synth.effects.simulation.terms import ELASTIC, Terms
+from synth.motion.moved_skin import mover_of
 from synth.plan.contact_steppers import point_stepper, slope_forces, table_stepper
 from synth.plan.effect_choice import SimulationCase, relative_change, stiffness_round
 from synth.plan.pilot_run import LONGEST_OWN, Pilot, run_own, run_pilot, started, steps_of_period, work_of
@@ -224,14 +225,15 @@ def _start_errors(case: SimulationCase, tried: Pilot) -> tuple[float, ...]:
 def _change_and_peaks(case: SimulationCase, tried: Pilot) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return two values of each order: its change by the effects, and its peak (SI).
 
-    The change is relative to the elastic peak-to-peak. It is that at the scan's speed and load; for a recording, the
-    larger of that and the change along the recording. The peak of a recording is always that along the recording.
+    The change is relative to the elastic peak-to-peak. It is that at the scan's speed and load; for a recording, and
+    where an effect moves the skin, the larger of that and the change along the motion. The peak is then always that
+    along the motion.
     """
     simulation, moved = tried.simulation, tried.moved
     elastic = replace(simulation, stepper=simulation.stepper.elastic, steady=None, settling=0.0)
     still = run_pilot(elastic, case)
     change = tuple(map(relative_change, still.moved, moved))
-    if case.scene.scan.trajectory is not None and not case.by_hand:
+    if (case.scene.scan.trajectory is not None or mover_of(case.scene) is not None) and not case.by_hand:
         moved = run_own(replace(simulation, offset=tried.offset), case, LONGEST_OWN)
         still_own = run_own(replace(elastic, offset=still.offset), case, LONGEST_OWN)
         change = tuple(map(max, change, map(relative_change, still_own, moved)))

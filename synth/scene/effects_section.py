@@ -60,6 +60,9 @@ class Declaration(Protocol):
     def added(self, settings: Any) -> int:
         """Return the number of channels that it adds."""
 
+    def mover(self, scene: Any, settings: Any, *, by_hand: bool) -> Any:
+        """Return what moves the skin in place of the hand (`moved_skin.Mover`), or None."""
+
     def clash(self, settings: Any, others: Mapping[str, Any]) -> tuple[str, str] | None:
         """Return what is allowed and what to write instead, or None if the other effects allow these settings."""
 

@@ -45,8 +45,8 @@ def skin_felt(scene: Scene) -> dict[str, Any]:
     Raises SceneError for a scan that is not steady, a texture over an area, effects that are simulated, and where more
     than MOST_CELLS would be needed.
     """
-    if any(asked(scene, Kind.BALANCE)):
-        name = next(asked(scene, Kind.BALANCE))[0].name
+    for effect, _settings, _auto in (*asked(scene, Kind.MOTION), *asked(scene, Kind.BALANCE)):
+        name = effect.name
         hint = "Leave it out: the pressure of each place is that of eq. 1."
         raise SceneError([Fault(f"/effects/{name}", "set", "no effect that is simulated", hint)])
     count = phases_of(scene)

@@ -44,6 +44,9 @@ def outcome_of(scene: Scene, phases: int, lines: int) -> Numbers:
     if scan.stroke is not None or scan.trajectory is not None or scan.heading != 0.0:
         hint = "Write scan.speed and scan.load; render strokes, recordings and paths one by one."
         raise SceneError([Fault("/scan", "a scan that is not steady", "a constant speed and load", hint)])
+    for effect, _settings, _auto in asked(scene, Kind.MOTION):
+        hint = "Leave it out: a study is of a skin that moves with the hand."
+        raise SceneError([Fault(f"/effects/{effect.name}", "set", "no effect that moves the skin", hint)])
     found = nothing(lines)
     found["fundamental"] = abs(scan.speed) / scene.texture.period
     if any(asked(scene, Kind.BALANCE)):

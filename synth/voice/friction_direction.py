@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.motion.motion import ACROSS, SPEED
+from synth.motion.motion import ACROSS, SPEED, Motion
 from synth.motion.scan_motion import ScanMotion
 from synth.scene.line_scan import as_written
 
@@ -26,6 +26,18 @@ def along_scan(own: ScanMotion, first: int, frames: int) -> Array:
         return np.stack([motion.samples[SPEED, 1:-1], np.zeros(frames)])
     places = np.stack([motion.position, motion.path[ACROSS]])
     return np.asarray((places[:, 2:] - places[:, :-2]) * (0.5 * own.rate))
+
+
+def after_hand(motion: Motion, before: Array | None, rate: float) -> tuple[Array, Array | None]:
+    """Return the speed of the surface along x and y (m/s) under a hand [2, frames], and its last place (m) on a path.
+
+    before: the place at the frame before the first [2, 1]; None if it is unknown.
+    """
+    if not motion.path.size or not len(motion.position):
+        return np.stack([motion.samples[SPEED], np.zeros(motion.frames)]), before
+    places = np.stack([motion.position, motion.path[ACROSS]])
+    first = places[:, :1] if before is None else before
+    return np.asarray(np.diff(places, axis=1, prepend=first) * rate), places[:, -1:]
 
 
 def directed(speeds: Array, reversal: float) -> Array:

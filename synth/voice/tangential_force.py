@@ -21,7 +21,7 @@ import numpy as np
 from synth.arrays import Array, Block
 from synth.effects.effect import AddedChannel, Passage
 from synth.effects.simulation.running import PRESS, SLOPE, SLOPE_ACROSS, Running, Signal, Simulation, gates_of
-from synth.motion.motion import ACROSS, LOAD, SPEED
+from synth.motion.motion import LOAD
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.channels import PEAK, ROUNDING, STILL
 from synth.plan.motion_peak import MOST_FRAMES, TOGETHER
@@ -34,7 +34,7 @@ from synth.response_cache import ResponseCache
 from synth.scene.line_scan import as_written
 from synth.voice.area_force_reading import SolvedForces, reader_of
 from synth.voice.forces_of_scene import READ_AS, Force, Steady, forces_of, require_detail, sum_of_series
-from synth.voice.friction_direction import along_scan, directed, own_direction
+from synth.voice.friction_direction import after_hand, along_scan, directed, own_direction
 from synth.voice.table_reading import HandReader, ScanReader, TableChannels, delayed
 
 QUANTITY, QUANTITY_ACROSS = "tangential_force", "tangential_force_y"
@@ -218,9 +218,14 @@ class TangentialStage:
 
     def _of_motion(self, state: ForceState, passage: Passage, frames: int) -> Array:
         """Return both parts of the direction of friction and the gated load (N) at each frame of the block."""
-        scan, motion = self.solved.scene.scan, passage.motion
+        scene, motion = self.solved.scene, passage.motion
+        scan = scene.scan
         loads = np.full(frames, scan.load) if motion is None else np.ascontiguousarray(motion.samples[LOAD])
-        moved = self._after_hand(state, passage) if passage.by_hand else along_scan(state.own, passage.frame, frames)
+        if passage.by_hand:
+            assert motion is not None
+            moved, state.place = after_hand(motion, state.place, scene.output.sample_rate)
+        else:
+            moved = along_scan(state.own, passage.frame, frames)
         both = np.array([*directed(moved, self.law.reversal_speed), loads * gates_of(loads, scan.lift_load)])
         late = self.delay(state) or passage.late
         if not late:
@@ -228,18 +233,6 @@ class TangentialStage:
         if state.past is None:
             state.past = np.repeat(both[:, :1], late, axis=1)
         return np.asarray(delayed(both, state.past))
-
-    def _after_hand(self, state: ForceState, passage: Passage) -> Array:
-        """Return the speed of the surface under a hand along x and y (m/s) at each frame [2, frames]."""
-        motion = passage.motion
-        assert motion is not None
-        speeds = np.stack([motion.samples[SPEED], np.zeros(motion.frames)])
-        if not motion.path.size or not len(motion.position):
-            return speeds
-        places = np.stack([motion.position, motion.path[ACROSS]])
-        before = places[:, :1] if state.place is None else state.place
-        state.place = places[:, -1:]
-        return np.asarray(np.diff(places, axis=1, prepend=before) * self.solved.scene.output.sample_rate)
 
     def _read(self, state: ForceState, passage: Passage, load: Array) -> tuple[list[Array], Array]:
         """Return the slope forces and the size of friction (N) at the frames of a motion."""

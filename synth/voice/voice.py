@@ -22,8 +22,9 @@ from synth.arrays import Block
 from synth.held_memory import held_by
 from synth.motion.fade_envelope import fade_envelope
 from synth.motion.motion import Motion, completed
+from synth.motion.moved_skin import SkinAfterHand, mover_of
 from synth.motion.scan_motion import ScanMotion
-from synth.plan.effect_choice import require_fixed_ends
+from synth.plan.effect_choice import added_where_smooth, require_fixed_ends
 from synth.plan.plan import Plan, plan_of, warnings_of
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.usual_hand import prepare_hand, with_hand_scale
@@ -70,10 +71,12 @@ class Voice:
         self.channels = len(solved.all_channels)
         self._phase, self._live = phase, live
         self._by_hand = solved.by_hand
-        self._moves = solved.moving and not solved.by_hand and solved.spectrum is not None
+        sounds = solved.spectrum is not None or (solved.effects is not None and bool(solved.effects.stages))
+        self._moves = solved.moving and not solved.by_hand and sounds
         self._motion = ScanMotion(solved.scene, whole=solved.live)
         self._step = phase_step(solved.scene.scan.speed, solved.scene.texture.period, self.sample_rate)
-        self._still = solved.scene.texture.amplitude == 0.0
+        self._smooth = solved.scene.texture.amplitude == 0.0
+        self._still = self._smooth and not added_where_smooth(solved.scene)
         self._steady = []
         self._scan: SolvedFrames | ScanReader | None = None
         if solved.spectrum is None or solved.simulated or solved.by_hand:
@@ -87,9 +90,10 @@ class Voice:
 
             self._scan = ScanReader(reader_of(solved), solved.scene)
         self._effects: VoiceEffects | None = None
-        if solved.effects is not None and solved.spectrum is not None and not solved.by_hand:
+        if solved.effects is not None and sounds and not solved.by_hand:
             self._effects = _effects_of(solved, phase, paced=live or paced)
         self._before = np.full(4, math.nan)
+        self._skin: SkinAfterHand | None = None
         self._for_hand = solved if solved.by_hand else None
         self._hand: HandReader | None = None
         self._hand_effects: VoiceEffects | None = None
@@ -191,9 +195,11 @@ class Voice:
         elif frames and motion is not None:
             self._follow(motion, out)
         elif frames and self._by_hand:
-            self._follow(Motion(self._motion.at(self.frame, frames).samples), out)
+            self._follow(Motion(self._motion.of_hand(self.frame, frames).samples), out)
         elif frames:
             self._go_on(out)
+        if self._smooth and not self._still:
+            self._silence(out)
         self.frame += frames
         return out
 
@@ -201,8 +207,7 @@ class Voice:
         """Render the scene's own scan."""
         if self.solved.spectrum is None:
             out[:] = 0.0
-            return
-        phase = self.phase
+        phase = 0 if self._moves else self.phase  # a motion has places
         for number, (reader, gain, level) in enumerate(self._steady):
             reader.read(phase, self._step, gain, out, number)
             if level:
@@ -212,6 +217,12 @@ class Voice:
         if self._effects is not None:
             own = self._motion.at(self.frame, len(out)) if self._moves else None
             self._effects.along(self.frame, phase, self._step, own, out)
+
+    def _silence(self, out: Block) -> None:
+        """Silence what a smooth texture has nothing of: z, and the channels of effects that read it."""
+        own = len(self.solved.channels)
+        out[:, :own] = 0.0
+        out[:, own + added_where_smooth(self.scene) :] = 0.0
 
     def _follow(self, motion: Motion, out: Block) -> None:
         """Render the motion of a hand."""
@@ -225,7 +236,9 @@ class Voice:
                 motion, out = motion.part(1), out[1:]
             if not len(out):
                 return
-        if self._hand is not None:
+        if self._skin is not None:
+            motion = self._skin.after(motion)
+        if self._hand is not None and not self._smooth:
             self._hand.read(motion, out)
         if self._hand_effects is not None:
             self._hand_effects.after(motion, out, 0 if self._hand is None else self._hand.delay)
@@ -239,6 +252,8 @@ class Voice:
 
     def _stand_at(self, phase: int) -> None:
         """Set the phase of the texture where a hand takes over."""
+        if self._skin is not None:
+            self._skin.begin_at(phase)
         if self._hand is not None:
             self._hand.phase = phase
         if self._hand_effects is not None:
@@ -249,6 +264,9 @@ class Voice:
         if self._for_hand is None:
             self._for_hand = prepare_hand(self.scene, self.full_scale, self._cache, exact=self._exact)
         hand = self._for_hand
+        mover = mover_of(hand.scene, by_hand=True)
+        if mover is not None:
+            self._skin = SkinAfterHand(mover, hand.scene.texture.period, self.sample_rate)
         if hand.table is not None or hand.direct is not None:
             from synth.voice.table_reading import HandReader, reader_of
 

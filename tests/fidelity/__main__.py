@@ -1,11 +1,11 @@
-"""Print a table of docs/fidelity.md: `python -m tests.fidelity [facts, halfspace, levels, prints, skin or steps]`."""
+"""Print a table of docs/fidelity.md: `python -m tests.fidelity [facts, friction, halfspace, levels, prints, ...]`."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator
 
-from tests.fidelity import half_space, levels, prints, skin
+from tests.fidelity import friction, half_space, levels, prints, skin
 from tests.fidelity.facts import FACTS, FINGERS
 
 
@@ -23,6 +23,7 @@ def facts() -> Iterator[str]:
 
 TABLES = {
     "facts": facts,
+    "friction": friction.table,
     "halfspace": half_space.table,
     "levels": levels.table,
     "prints": prints.table,

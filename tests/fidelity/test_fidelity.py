@@ -8,6 +8,7 @@ import pytest
 
 from tests.fidelity import levels, prints
 from tests.fidelity.facts import FACTS, FINGERS, Fact
+from tests.fidelity.friction import FRICTION_FACTS, FrictionFact
 from tests.fidelity.skin import SKIN_FACTS, table
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "fidelity.md").read_text(encoding="utf-8")
@@ -36,6 +37,13 @@ def test_the_skin_feels_what_the_page_says(fact: Fact, name: str) -> None:
     (row,) = [line for line in PAGE.splitlines() if line.startswith(f"| {fact.name} | {fact.source} |")]
     assert agrees == (name in fact.agrees), told
     assert f"{told}: **{'pass' if agrees else 'fail'}**" in row
+
+
+@pytest.mark.parametrize("fact", FRICTION_FACTS, ids=lambda fact: fact.name)
+def test_friction_is_what_the_page_says(fact: FrictionFact) -> None:
+    told, agrees = fact.answer()
+    assert agrees == fact.agrees, told
+    assert f"| {fact.name} | {fact.source} | {told}: **{'pass' if agrees else 'fail'}** |" in PAGE
 
 
 @pytest.mark.thorough

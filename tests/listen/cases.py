@@ -177,6 +177,14 @@ PAIRS = (
         "and about as loud by its own full scale. No click where it begins.",
     ),
     Pair(
+        "stick_slip",
+        {"texture": {"period": "0.3 mm", "amplitude": "5 um"}, "scan": {"speed": "10 mm/s", "load": "0.5 N"}},
+        1.3,
+        "A slow scan of a fine texture: a quiet, even tone of 33 Hz and its harmonics.",
+        "Two channels. The finger sticks and slips 40 times a second: the first is a chirp in each slip and silence "
+        "between, the second, the force, a saw of 40 Hz.",
+    ),
+    Pair(
         "tangential",
         {"output": {"quantity": "displacement"}},
         2e-6,

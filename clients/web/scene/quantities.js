@@ -19,6 +19,8 @@ const QUANTITIES = {
   velocity: { name: "velocity", unit: "m/s", order: 1 },
   acceleration: { name: "acceleration", unit: "m/s²", order: 2 },
   tangential_force: { name: "tangential force", unit: "N", order: null, added: true },
+  friction_force: { name: "friction force", unit: "N", order: null, added: true },
+  friction_force_y: { name: "friction force along y", unit: "N", order: null, added: true },
   propagated_displacement: { name: "propagated displacement", unit: "m", order: null, added: true },
   propagated_velocity: { name: "propagated velocity", unit: "m/s", order: null, added: true },
   propagated_acceleration: { name: "propagated acceleration", unit: "m/s²", order: null, added: true },

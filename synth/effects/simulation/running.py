@@ -113,7 +113,7 @@ class Running:
         self._phase = phase
         scan = simulation.scene.scan
         self._own = ScanMotion(simulation.scene, simulation.rate, whole=simulation.whole)
-        self._constant = scan.stroke is None and scan.trajectory is None and scan.along_x
+        self._constant = scan.stroke is None and scan.trajectory is None and scan.along_x and not self._own.moved
         self._state: Any = None
         self._touching = np.ones(1)
         self._kept: Array = np.empty((len(self._kinds), 0))

@@ -79,7 +79,11 @@ def test_nothing_moving_is_exact_silence(names: tuple[str, ...]) -> None:
 @pytest.mark.parametrize("sections", [{"scan": {"load": 0}}, {"texture": {"amplitude": 0}}], ids=["no load", "smooth"])
 def test_no_load_and_no_texture_are_exact_zeros(names: tuple[str, ...], sections: dict[str, Any]) -> None:
     voice = open_voice(parse_scene(scene_with(*names, **sections)), cache=CACHE)
-    assert not np.any(voice.render(500))
+    rubbed = voice.render(500)
+    if "texture" in sections:  # smooth glass moves no finger up and down, but it has friction
+        kept = [effect_of(name).units for name in names if effect_of(name).kind == Kind.MOTION]
+        rubbed = rubbed[:, [not any(one in units for units in kept) for one in voice.quantities]]
+    assert not np.any(rubbed)
     assert voice.plan.document()["left_out"]
 
 
@@ -169,6 +173,13 @@ def test_effects_on_one_thing_are_refused_together_and_all_others_combine() -> N
             (fault,) = refused.value.faults
             assert fault.pointer == f"/effects/{second}"
             assert first in fault.hint and declaration(first).replaces in fault.allowed
+
+
+def effect_of(name: str) -> Effect:
+    """Return the effect called `name`."""
+    effect = declaration(name)
+    assert isinstance(effect, Effect)
+    return effect
 
 
 def shaped_and_simulated(names: tuple[str, ...]) -> bool:

@@ -29,7 +29,7 @@ def _added() -> Iterator[None]:
     yield
     synth.effects.__path__.remove(ADDED)
     effect_names.cache_clear()
-    for name in ("contact_load", "damper", "stiffening"):
+    for name in ("contact_load", "damper", "sliding_skin", "stiffening"):
         sys.modules.pop(f"synth.effects.{name}", None)
 
 
@@ -94,3 +94,25 @@ def test_a_channel_of_the_motion_is_in_time_with_the_others(others: dict[str, An
     found = voice.render(frames, Motion.of(frames, speed=0.08, load=load))[:, 1] * voice.full_scale[1]
     assert voice.late > 0
     assert found == pytest.approx(np.r_[np.full(voice.late, 0.3), load[: -voice.late]], rel=1e-6)
+
+
+@pytest.mark.parametrize("others", [{}, {"inertia": {}}, {"contact_growth": {}}], ids=str)
+def test_a_skin_that_lags_meets_the_texture_where_it_is(others: dict[str, Any]) -> None:
+    """On a constant scan a lag of n frames is the sound n frames later; a stroke turns before its skin does."""
+    frames = 40
+    plain = rendered(others, 800)
+    late = rendered(others | {"sliding_skin": {"time": frames / 8000}}, 800)
+    assert late[frames:] == pytest.approx(plain[:-frames], abs=float(0.02 * np.ptp(plain)))
+    voice = open_voice(parse_scene(QUICK | {"effects": others | {"sliding_skin": {}}}), live=True)
+    t = np.arange(800) / 8000
+    speed, bend = 0.08 + 0.02 * np.sin(40.0 * t), 0.8 * np.cos(40.0 * t)
+    place = 0.08 * t - 0.0005 * np.cos(40.0 * t)
+    motion = Motion.of(800, position=place, speed=speed, speed_rate=bend, load=LOAD, load_rate=0.0, load_bend=0.0)
+    led = voice.render(800, motion)[:, 0] * voice.full_scale[0]
+    other = open_voice(parse_scene(QUICK | {"effects": others}), live=True)
+    behind = Motion.of(
+        800, position=place - 5e-3 * speed, speed=speed - 5e-3 * bend, speed_rate=0.0, load=LOAD, load_rate=0.0,
+        load_bend=0.0,
+    )  # fmt: skip
+    moved = other.render(800, behind)[:, 0] * other.full_scale[0]
+    assert led[100:] == pytest.approx(moved[100:], abs=float(0.02 * np.ptp(moved)))

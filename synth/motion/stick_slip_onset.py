@@ -1,0 +1,124 @@
+"""Says whether a dragged fingertip slides steadily or sticks and slips, and measures how.
+
+Stage   MOTION, beside `skin_drag`, whose parameters it reads.
+Model   Sliding at V is linear for small motions. Friction falls with speed by a = -dA/dV, and follows the speed after
+        tau = A / (sigma0 V). The characteristic polynomial is
+
+            m tau s^3 + (m + tau (c - a e)) s^2 + (c - a + k tau) s + k,    e = sigma1 V / (A + sigma1 V),
+
+        so that sliding is unstable (Routh-Hurwitz) if m (a - c) > tau (c - a e) (c - a + k tau). On a stiff bristle tau
+        is small, and what remains is
+
+            c < a = N (mu_s - mu_d) (2 V / v_s^2) exp(-(V / v_s)^2).
+
+        a is largest at V = v_s / sqrt(2), where it is 0.858 N (mu_s - mu_d) / v_s. With more damping than that, every
+        speed slides, as tau only helps.
+        What a finger does at a speed is measured: it starts stuck, and is dragged until SLIPS of its slips are over.
+Source  Derived for this project. tests/synth/motion/test_skin_drag.py compares it with simulations.
+Limits  Above the onset a finger that starts stuck may slip and stick on for ever, though sliding would be stable: the
+        onset is for small motions. `dragged` measures which of the two occurs.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.motion.skin_drag import (
+    BRISTLE,
+    BRISTLE_DAMPING,
+    DAMPING,
+    KINETIC,
+    MASS,
+    SPRING,
+    STATIC,
+    STRIBECK,
+    at_rest,
+    drag,
+)
+
+STEEPEST = math.sqrt(2.0 / math.e)  # of N (mu_s - mu_d) / v_s: the largest fall of friction, 0.858
+SLIPS = 8  # slips that are measured, after as many that are not
+STILL = 0.1  # of the speed of the hand: a slower skin counts as stuck, since it creeps before it slips
+LONGEST, FRAMES = 600.0, 1 << 15  # s and frames of a measurement, at most; a longer one has longer frames
+FINER = 4  # times the steps, by which the error is measured
+RUBBED = 1e-3  # of the mean force: a force that varies by less is that of steady sliding
+
+
+@dataclass(frozen=True, slots=True)
+class Dragged:
+    """What a finger does that is dragged at a constant speed and load.
+
+    frequency: of stick-slip, Hz; 0 if it slides.
+    slip_share: part of the time in which the skin slips; 1 if it slides.
+    force: mean and peak-to-peak of the force of friction, N.
+    error: of the frequency or of that peak-to-peak, whichever is larger, relative to it.
+    place_error: of the place of the skin, m.
+    """
+
+    frequency: float
+    slip_share: float
+    force: tuple[float, float]
+    error: float = 0.0
+    place_error: float = 0.0
+
+
+def fall_of_friction(p: Array, load: float, speed: float) -> float:
+    """Return a (N s/m) at a speed (m/s) and load (N)."""
+    part = abs(speed) / float(p[STRIBECK])
+    return load * float(p[STATIC] - p[KINETIC]) * 2.0 * part / float(p[STRIBECK]) * math.exp(-(part**2))
+
+
+def most_damping(p: Array, load: float) -> float:
+    """Return the damping (N s/m) above which every speed slides."""
+    return STEEPEST * load * float(p[STATIC] - p[KINETIC]) / float(p[STRIBECK])
+
+
+def unstable(p: Array, load: float, speed: float) -> bool:
+    """Return whether sliding at a speed (m/s) under a load (N) is unstable."""
+    v, fall, damping = abs(speed), fall_of_friction(p, load, speed), float(p[DAMPING])
+    if not (v > 0.0 and fall > damping):
+        return False
+    friction = load * (p[KINETIC] + (p[STATIC] - p[KINETIC]) * math.exp(-((v / p[STRIBECK]) ** 2)))
+    tau, fading = friction / (p[BRISTLE] * v), p[BRISTLE_DAMPING] * v / (friction + p[BRISTLE_DAMPING] * v)
+    kept = tau * (damping - fall * fading) * (damping - fall + p[SPRING] * tau)
+    return bool(p[MASS] * (fall - damping) > kept)
+
+
+def dragged(p: Array, load: float, speed: float, rate: float) -> Dragged:
+    """Return what a finger does that starts stuck, at `rate` frames per second, and its errors, by finer steps."""
+    if load <= 0.0 or speed == 0.0:
+        return Dragged(0.0, 0.0, (0.0, 0.0))
+    first = p[STATIC] * load / p[SPRING] / abs(speed)  # s: the spring reaches static friction
+    seconds = min(2 * SLIPS * (first + 2.0 * math.pi * math.sqrt(p[MASS] / p[SPRING])), LONGEST)
+    rate = min(rate, FRAMES / seconds)
+    frames = math.ceil(seconds * rate)
+    usual, finer = (_rows(p, load, speed, times * rate, times * frames + 1) for times in (1, FINER))
+    found, other = _measured(usual, speed, rate), _measured(finer, speed, FINER * rate)
+    if found.frequency == 0.0:
+        return found
+    of_frequency = abs(found.frequency / other.frequency - 1.0) if other.frequency else 1.0
+    error = max(of_frequency, abs(found.force[1] / other.force[1] - 1.0))
+    return replace(found, error=error, place_error=float(np.max(np.abs(usual[0] - finer[0, ::FINER]))))
+
+
+def _rows(p: Array, load: float, speed: float, rate: float, frames: int) -> Array:
+    """Return the rows of `drag` of a finger that starts stuck."""
+    out, steady = np.zeros((3, frames)), np.full(frames, float(abs(speed)))
+    drag(p, float(rate), at_rest(), steady / rate, steady, np.full(frames, float(load)), np.ones(frames), out)
+    return out
+
+
+def _measured(rows: Array, speed: float, rate: float) -> Dragged:
+    """Return what the second half of the rows shows, without errors."""
+    _lag, slip, force = rows[:, rows.shape[1] // 2 :]
+    mean, varied = float(np.mean(force)), float(np.ptp(force))
+    begun = np.flatnonzero((slip[1:] > abs(speed)) & (slip[:-1] <= abs(speed)))
+    if varied <= RUBBED * mean or len(begun) < 2:
+        return Dragged(0.0, float(np.mean(slip > STILL * abs(speed))), (mean, varied))
+    share = float(np.mean(slip[begun[0] : begun[-1]] > STILL * abs(speed)))
+    moments = begun + (abs(speed) - slip[begun]) / (slip[begun + 1] - slip[begun])
+    return Dragged((len(begun) - 1) * rate / float(moments[-1] - moments[0]), share, (mean, varied))

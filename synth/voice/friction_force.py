@@ -1,0 +1,129 @@
+"""The channels of the force of friction, where an effect moves the skin in place of the hand.
+
+Stage   3 (VOICE), used by effects of kind MOTION.
+Model   The force that moves the skin comes with its motion (`Motion.force`). Where "auto" leaves the effect out, the
+        skin moves with the hand, and the force is that of sliding, mu(u) w tanh(u / (SMALL v_s)).
+        Behind a hand it is delayed as the channels of z are.
+Limits  It is not limited to the band: a slip has steps in its slope.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from synth.arrays import Array, Block
+from synth.effects.effect import AddedChannel, Passage
+from synth.effects.simulation.running import Signal
+from synth.motion.motion import LOAD
+from synth.motion.scan_motion import ScanMotion
+from synth.plan.channels import PEAK, ROUNDING
+from synth.plan.preparation import Preparation
+from synth.response.series_curve import SMALLEST
+from synth.scene.line_scan import as_written
+from synth.voice.friction_direction import after_hand, along_scan, directed
+from synth.voice.table_reading import delayed
+
+SMALL = 0.1  # of v_s: speed within which the force of sliding changes its sign; at once, it would click
+
+
+@dataclass(slots=True)
+class FrictionState:
+    """The state of a voice: the forces of the last frames of a hand [axes, frames], and its last place [2]."""
+
+    past: Array | None = None
+    place: Array | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class FrictionStage:
+    """The effect prepared for one scene; frozen.
+
+    own: motion of the scan.
+    law: mu_s, mu_d and v_s (m/s).
+    given: whether the scene sets the full scale.
+    channels: the channels that it adds.
+    """
+
+    own: ScanMotion
+    law: tuple[float, float, float]
+    given: bool
+    channels: tuple[AddedChannel, ...]
+
+    @property
+    def signals(self) -> tuple[Signal, ...]:
+        """See `OutputStage`."""
+        return ()
+
+    @classmethod
+    def of(
+        cls,
+        solved: Preparation,
+        law: tuple[float, float, float],
+        rise: float,
+        scales: tuple[float | None, ...],
+        quantities: tuple[str, ...],
+        found: tuple[float, float],
+    ) -> FrictionStage:
+        """Return the stage of a prepared scene.
+
+        rise: largest factor on friction by the state of the contact.
+        scales: full scale of each channel, SI or None.
+        found: peak-to-peak of the force at the scan's own speed and load (N), and its error relative to that.
+        """
+        own = ScanMotion(as_written(solved.scene), whole=solved.live)
+        load = max(solved.scene.scan.load if solved.by_hand else own.recorded_loads()[1], 0.0)
+        slips = rise * law[0] * load
+        method = "motion of the skin" if own.moved else "sliding"
+        channels = tuple(
+            AddedChannel(
+                quantity, scale or (slips / PEAK if slips > 0.0 else 1.0), found[0], found[1] + ROUNDING, method
+            )
+            for quantity, scale in zip(quantities, scales, strict=False)
+        )
+        return cls(own, law, scales[0] is not None, channels)
+
+    def louder(self, times: float, moved: tuple[float, ...]) -> FrictionStage:
+        """See `OutputStage`."""
+        if self.given:
+            return self
+        return replace(self, channels=tuple(replace(one, full_scale=one.full_scale * times) for one in self.channels))
+
+    def start(self, phase: int) -> FrictionState:
+        """See `OutputStage`."""
+        return FrictionState()
+
+    def begin_at(self, state: FrictionState, phase: int) -> None:
+        """See `OutputStage`."""
+
+    def delay(self, state: FrictionState) -> int:
+        """See `OutputStage`."""
+        return 0
+
+    def step(self, state: FrictionState, passage: Passage, block: Block) -> None:
+        """See `OutputStage`."""
+        rows = np.zeros((len(self.channels), len(block)))
+        force = self._force(state, passage, len(block))[: len(rows)]
+        rows[: len(force)] = force
+        if passage.late:
+            if state.past is None:
+                state.past = np.repeat(rows[:, :1], passage.late, axis=1)
+            rows = delayed(rows, state.past)
+        for column, (row, channel) in enumerate(zip(rows, self.channels, strict=True), passage.column):
+            values = row / channel.full_scale
+            block[:, column] = np.where(np.abs(values) >= SMALLEST, values, 0.0)
+
+    def _force(self, state: FrictionState, passage: Passage, frames: int) -> Array:
+        """Return the force (N) along x, and across where it is known [axes, frames]."""
+        motion = passage.motion
+        if motion is not None and motion.force.size:
+            return motion.force
+        if passage.by_hand:
+            assert motion is not None
+            speeds, state.place = after_hand(motion, state.place, self.own.rate)
+        else:
+            speeds, motion = along_scan(self.own, passage.frame, frames), self.own.at(passage.frame, frames)
+        static, kinetic, slow = self.law
+        size = kinetic + (static - kinetic) * np.exp(-np.sum(speeds**2, axis=0) / slow**2)
+        return np.asarray(size * np.maximum(motion.samples[LOAD], 0.0) * directed(speeds, SMALL * slow))
