@@ -148,7 +148,8 @@ from synth.study.running import run
 from synth.study.spec import read_spec
 if __name__ == "__main__":
     axes = {"texture.period": {"from": "0.3 mm", "to": "3 mm", "count": 20000}}
-    run(read_spec({"axes": axes}), Path(sys.argv[1]), workers=2, progress=lambda done, _: done and print(done, flush=True))
+    told = lambda done, _: done and print(done, flush=True)
+    run(read_spec({"axes": axes}), Path(sys.argv[1]), workers=2, progress=told)
 """
 
 

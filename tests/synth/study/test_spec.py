@@ -98,7 +98,7 @@ REFUSED: dict[str, tuple[Any, str]] = {
     "a field that the section has not": ({"axes": {"texture": [{"perod": 1e-3}]}}, "period"),
     "a range of sections": ({"axes": {"texture": {"from": 1, "to": 2, "count": 3}}}, "a list of values"),
     "saltelli of another number": ({"axes": OPEN, "sample": {"kind": "saltelli", "count": 6}}, "power of two"),
-    "a field twice": ({"axes": {"texture": [{"period": 1e-3}], "texture.period": [1e-3]}}, "texture.period is set twice"),
+    "a field twice": ({"axes": {"texture": [{"period": 1e-3}], "texture.period": [1e-3]}}, "period is set twice"),
     "a field and its group": ({"axes": {"groups.load": [1.0], "scan.load": [0.1]}}, "scan.load is set twice"),
     "no name of a figure": ({"axes": PERIOD, "figure": 3}, "the name of a figure"),
     "unknown group": ({"axes": {"groups.tau": [1.0]}}, "groups.ridges"),
