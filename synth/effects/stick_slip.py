@@ -10,7 +10,7 @@ Model   m x'' + c x' + k x = k x_h + c x_h' - F: the fingertip hangs on the hand
         direction this is the same motion as along x.
         In contact, friction rises to `moisture_rise` times itself within `moisture_time`, and falls again off it.
         "auto" simulates it where sliding is unstable (`motion.stick_slip_onset`) at a speed that the scan or a hand
-        may have. Where it is left out, the force is that of sliding.
+        may have, and where a finger that starts at rest does not come to slide. Where it is left out, the force is that of sliding.
 Source  Bristle: LuGre, Canudas de Wit et al. (1995), with an elastic range, Dupont et al. (2002). Friction of surfaces,
         and every other number, is an unverified default; `SURFACES` has what is known. mu of 0.53 +- 0.21 in stick-slip
         on wet glass: Derler & Rotaru. Friction on glass rises within tens of seconds of contact: Adams et al. (2013),
@@ -31,7 +31,7 @@ from pydantic import Field
 from synth.arrays import Array
 from synth.effects.effect import MotionEffect, Price
 from synth.motion.dragged_hand import DraggedHand
-from synth.motion.stick_slip_onset import dragged, fall_of_friction, most_damping, unstable
+from synth.motion.stick_slip_onset import dragged, fall_of_friction, most_damping, sticks_and_slips, unstable
 from synth.scene.effects_section import AUTO
 from synth.scene.finger_section import KINDS
 from synth.scene.quantity import Dimension
@@ -189,7 +189,8 @@ class StickSlip(MotionEffect["Preparation"]):
         how = f"{'unstable' if onset else 'stable'}: friction falls by {falls:.3g} N s/m, and the damper has "
         how += f"{settings.damping:.3g} N s/m."
         if found.frequency > 0.0:
-            how += f" A finger that starts at rest sticks and slips at {found.frequency:.3g} Hz and slips for "
+            how += " A finger that" if onset else " A finger that slides goes on sliding, but one that"
+            how += f" starts at rest sticks and slips at {found.frequency:.3g} Hz and slips for "
             how += f"{100.0 * found.slip_share:.3g} % of the time, to {found.error:.1g}."
         return document | {"reason": f"{slides} {how}"}
 
@@ -216,13 +217,13 @@ class StickSlip(MotionEffect["Preparation"]):
 
 
 def _may_slip(scene: Scene, settings: StickSlipSettings, *, by_hand: bool) -> bool:
-    """Return whether sliding is unstable at a speed that the scan, or a hand, may have."""
+    """Return whether the finger sticks and slips at the speed of a scan, or at one that a hand may have."""
     scan, p = scene.scan, settings.parameters
     loads = [point[-1] for point in scan.trajectory] if scan.trajectory is not None else [scan.load]
     if scan.stroke is not None:
         loads = [scan.stroke.load]
     if not by_hand and scan.trajectory is None and scan.stroke is None:
-        return unstable(p, max(loads[0], 0.0), scan.speed)
+        return sticks_and_slips(p, max(loads[0], 0.0), scan.speed, scene.output.sample_rate)
     slow = settings.friction[2]
     fastest = 3.0 * slow if by_hand else min(3.0 * slow, abs(scan.speed))
     if fastest == 0.0:

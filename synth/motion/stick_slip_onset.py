@@ -6,8 +6,8 @@ Model   Sliding at V is linear for small motions. Friction falls with speed by a
 
             m tau s^3 + (m + tau (c - a e)) s^2 + (c - a + k tau) s + k,    e = sigma1 V / (A + sigma1 V),
 
-        so that sliding is unstable (Routh-Hurwitz) if m (a - c) > tau (c - a e) (c - a + k tau). On a stiff bristle tau
-        is small, and what remains is
+        so that sliding is stable (Routh-Hurwitz) if the middle coefficients are above 0 and their product is above
+        m k tau. On a stiff bristle tau is small, and what remains is that sliding is unstable if
 
             c < a = N (mu_s - mu_d) (2 V / v_s^2) exp(-(V / v_s)^2).
 
@@ -84,8 +84,13 @@ def unstable(p: Array, load: float, speed: float) -> bool:
         return False
     friction = load * (p[KINETIC] + (p[STATIC] - p[KINETIC]) * math.exp(-((v / p[STRIBECK]) ** 2)))
     tau, fading = friction / (p[BRISTLE] * v), p[BRISTLE_DAMPING] * v / (friction + p[BRISTLE_DAMPING] * v)
-    kept = tau * (damping - fall * fading) * (damping - fall + p[SPRING] * tau)
-    return bool(p[MASS] * (fall - damping) > kept)
+    second, first = p[MASS] + tau * (damping - fall * fading), damping - fall + p[SPRING] * tau
+    return not bool(second > 0.0 and first > 0.0 and second * first > p[MASS] * p[SPRING] * tau)
+
+
+def sticks_and_slips(p: Array, load: float, speed: float, rate: float) -> bool:
+    """Return whether a finger sticks and slips at a speed (m/s) under a load (N), from sliding or from rest."""
+    return unstable(p, load, speed) or dragged(p, load, speed, rate).frequency > 0.0
 
 
 def dragged(p: Array, load: float, speed: float, rate: float) -> Dragged:

@@ -11,8 +11,16 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from synth.effects.stick_slip import SURFACES, StickSlipSettings
 from synth.motion.skin_drag import BEND, BRISTLE, LAG, LOAD, MASS, SPEED, SPRING, TICKS, TOLERANCE, at_rest, drag
-from synth.motion.stick_slip_onset import Dragged, dragged, fall_of_friction, most_damping, unstable
+from synth.motion.stick_slip_onset import (
+    Dragged,
+    dragged,
+    fall_of_friction,
+    most_damping,
+    sticks_and_slips,
+    unstable,
+)
 from tests.few import few, thorough
 from tests.reference.stick_slip_oracle import Finger, exact, stepped
 
@@ -218,6 +226,23 @@ def test_the_onset_is_that_of_the_modes_and_of_simulations_in_200_fingers() -> N
         grew += growth > 0.0
         short += (finger.damping < fall_of_friction(p, load, speed)) == (growth > 0.0)
     assert (grew, short) == (GREW, SHORT)
+
+
+@pytest.mark.parametrize("surface", SURFACES)
+def test_the_onset_is_that_of_the_modes_on_every_surface(surface: str) -> None:
+    """From a crawl to fast sliding, at light and heavy loads: also where a middle coefficient falls below 0."""
+    p = StickSlipSettings(surface=surface).parameters
+    names = vars(Finger()).keys()
+    finger = Finger(**dict(zip(names, p[: len(names)].tolist(), strict=True)))
+    grew = set()
+    for load in (0.05, 0.5, 3.0):
+        for speed in np.geomspace(1e-4, 0.3, 120).tolist():
+            growth = float(np.max(finger.modes(load, speed).real))
+            assert unstable(p, load, speed) == (growth > 0.0), (load, speed, growth)
+            grew.add(growth > 0.0)
+            if growth > 0.0 and load == 0.5:
+                assert sticks_and_slips(p, load, speed, 8000.0)
+    assert grew == {True, False}
 
 
 @pytest.mark.thorough
