@@ -10,7 +10,8 @@ Model   m x'' + c x' + k x = k x_h + c x_h' - F: the fingertip hangs on the hand
         direction this is the same motion as along x.
         In contact, friction rises to `moisture_rise` times itself within `moisture_time`, and falls again off it.
         "auto" simulates it where sliding is unstable (`motion.stick_slip_onset`) at a speed that the scan or a hand
-        may have, and where a finger that starts at rest does not come to slide. Where it is left out, the force is that of sliding.
+        may have, and where a finger that starts at rest does not come to slide. Where it is left out, the force is that
+        of sliding.
 Source  Bristle: LuGre, Canudas de Wit et al. (1995), with an elastic range, Dupont et al. (2002). Friction of surfaces,
         and every other number, is an unverified default; `SURFACES` has what is known. mu of 0.53 +- 0.21 in stick-slip
         on wet glass: Derler & Rotaru. Friction on glass rises within tens of seconds of contact: Adams et al. (2013),
