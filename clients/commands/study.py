@@ -218,10 +218,8 @@ def _text(source: str) -> str | bytes:
     """Return the spec in a JSON file, in a ready study, or from standard input."""
     if source == "-":
         return sys.stdin.buffer.read()
-    try:
+    if source in ready_names():
         return ready_text(source)
-    except KeyError:
-        pass
     try:
         return Path(source).read_bytes()
     except (FileNotFoundError, IsADirectoryError):

@@ -37,12 +37,12 @@ class Sensation:
 class Discrimination:
     """How two sensations differ.
 
-    verdict: of VERDICTS. level: of the second over the first, dB; None where one of them does not vibrate.
+    verdict: of VERDICTS. level_db: of the second over the first; None where one of them does not vibrate.
     frequency: of the second over the first, less 1; None where one of them does not vibrate.
     """
 
     verdict: str
-    level: float | None
+    level_db: float | None
     frequency: float | None
 
 

@@ -23,8 +23,7 @@ def beside(first: dict[str, Any], second: dict[str, Any]) -> dict[str, Any]:
     if ("spatial_variation" in first) != ("spatial_variation" in second):
         hint = "Analyze the scene's own render, too, and set it beside the recording."
         raise InvalidRequest([Fault("/beside", "a scene and a recording", "two scenes, or two recordings", hint)])
-    found = asdict(told_apart(_sensation(first), _sensation(second)))
-    return {"verdict": found["verdict"], "level_db": found["level"], "frequency": found["frequency"]}
+    return asdict(told_apart(_sensation(first), _sensation(second)))
 
 
 def _sensation(felt: dict[str, Any]) -> Sensation:

@@ -78,7 +78,7 @@ def vibration(intensity: float, frequency: float = 100.0, **others: bool) -> Sen
 def test_differences_are_told_by_the_jnd_of_israr_tan_and_reed(decibels: float, frequency: float, verdict: str) -> None:
     found = told_apart(vibration(10.0), vibration(10.0 * 10.0 ** (decibels / 20.0), 100.0 * frequency))
     assert found.verdict == verdict
-    assert found.level == pytest.approx(decibels) and found.frequency == pytest.approx(frequency - 1.0)
+    assert found.level_db == pytest.approx(decibels) and found.frequency == pytest.approx(frequency - 1.0)
 
 
 def test_what_is_felt_is_told_from_what_is_not() -> None:
