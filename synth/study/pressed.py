@@ -46,14 +46,14 @@ def patches_and_gap(contact: Contact, turns: Array, heights: Array, load: float)
     x = np.linspace(surfaces.begin, surfaces.begin + surfaces.length, count)
     gaps = surfaces.overlap(x, some, z) if contact.geometry.profile is not None else _of_cosines(surfaces, x, some, z)
     above = gaps > 0.0
-    begun = np.count_nonzero(above[:, 1:] & ~above[:, :-1], axis=1) + above[:, 0]
+    begun = np.count_nonzero(above[:, 1:] > above[:, :-1], axis=1) + above[:, 0]
     return float(np.mean(begun)), float(np.max(gaps))
 
 
 def _of_cosines(surfaces: Surfaces, x: Array, turns: Array, z: Array) -> Array:
-    """Return `Surfaces.overlap` of two cosines: the texture is turned, which takes a tenth of the time."""
+    """Return `Surfaces.overlap` of two cosines, as one product of matrices: it takes a small part of the time."""
     geometry = surfaces.geometry
     angles = 2.0 * math.pi * (x / geometry.texture_period % 1.0) + geometry.texture_phase
-    turned = 2.0 * math.pi * turns
-    texture = np.cos(turned) * np.cos(angles) + np.sin(turned) * np.sin(angles)
-    return np.asarray(geometry.texture_amplitude * texture + (surfaces.finger(x) - z))
+    turned, height = 2.0 * math.pi * turns, geometry.texture_amplitude
+    rows = np.concatenate([height * np.cos(turned), height * np.sin(turned), np.ones_like(z), -z], axis=1)
+    return np.asarray(rows @ np.stack([np.cos(angles), np.sin(angles), surfaces.finger(x), np.ones_like(x)]))
