@@ -27,12 +27,18 @@ def tables() -> str:
 def row(entry: CatalogueEntry) -> str:
     """Return the line of an entry."""
     texture, scan = entry.everyday["texture"], entry.everyday["scan"]
-    fields = [name for name in texture if name != "kind"]
-    numbers = ", ".join(
-        f"{name} {shown(texture[name])} ({LETTERS[trust_of(entry.sources[f'texture.{name}'])]})" for name in fields
-    )
+    fields = {name: value for name, value in texture.items() if name != "kind"}
+    numbers = f"{texture['kind']}: {numbers_of(entry, 'texture', fields)}"
+    for name, effect in entry.everyday.get("effects", {}).items():
+        numbers += f"; {name}: {numbers_of(entry, f'effects.{name}', effect)}"
     what = f"{entry.title}. {entry.note}".strip() if entry.note else entry.title
-    return f"| `{entry.name}` | {what} | {texture['kind']}: {numbers} | {scan['speed']}, {scan['load']} |\n"
+    return f"| `{entry.name}` | {what} | {numbers} | {scan['speed']}, {scan['load']} |\n"
+
+
+def numbers_of(entry: CatalogueEntry, section: str, fields: dict[str, object]) -> str:
+    """Return the fields of a section with the letter of their trust."""
+    letters = {name: LETTERS[trust_of(entry.sources[f"{section}.{name}"])] for name in fields}
+    return ", ".join(f"{name} {shown(value)} ({letters[name]})" for name, value in fields.items())
 
 
 def shown(value: object) -> str:

@@ -51,12 +51,13 @@ SURFACES: Mapping[str, tuple[float, float, float]] = MappingProxyType({
     "skin": (0.9, 0.5, 0.01),
     "dry_glass": (1.1, 0.8, 0.02),
     "wet_glass": (0.8, 0.35, 0.01),
-    "leather": (0.6, 0.45, 0.02),
+    "leather": (0.66, 0.45, 0.02),
     "rubber": (1.3, 0.9, 0.03),
     "silicone": (1.6, 1.1, 0.03),
 })  # fmt: skip
 """mu_s, mu_d and v_s (m/s) of a finger on a surface: unverified defaults. Dry skin has a mu of about 0.5, moist skin
-above 1 (Derler & Gerhardt, 2012). Wet glass: 0.53 +- 0.21 in stick-slip (Derler & Rotaru); the others are general
+above 1 (Derler & Gerhardt, 2012). Wet glass: 0.53 +- 0.21 in stick-slip (Derler & Rotaru, 2013). Leather: mu_s of a
+moist palm on suede (Buchholz et al., 1988). Rubber: mu_d on hoses (Seo et al., 2009). The others are general
 knowledge."""
 SPEEDS = 64  # speeds up to the largest at which "auto" looks for stick-slip
 SLOWEST = 1e-2  # of v_s: the smallest of them

@@ -2,8 +2,9 @@
 
 Model   A group is a TOML file in the folder `textures` beside this file. Its first key `group` is the title, and each
         table is an entry. To add an entry or a group, write it there. An entry has a title, a kind and the fields of
-        its texture. It also has speed and load if its everyday scan differs from EVERYDAY. Each number is a pair
-        [value, source]. The first words of a source state how far to trust it (TRUST).
+        its texture. It also has speed and load if its everyday scan differs from EVERYDAY, and a table for each effect
+        of this scan, such as friction. Each number is a pair [value, source]. The first words of a source state how far
+        to trust it (TRUST).
         A name means its texture alone, in a scene as the value of `texture.kind` and on the command line in place of a
         file. `CatalogueEntry.everyday` is a whole scene: a fingertip that scans the texture as EVERYDAY.
 Source  EVERYDAY is the scan of the default scene. People scan textures at 10 to 160 mm/s in the experiments of
@@ -51,8 +52,8 @@ class CatalogueEntry:
     title: one line for a list of textures.
     group: title of its group.
     document: a partial scene with the texture section.
-    everyday: a scene in which a fingertip scans the texture.
-    sources: source of each number, by its field of the scene, such as "texture.period".
+    everyday: a scene in which a fingertip scans the texture, with the friction of a surface that is felt by it.
+    sources: source of each number, by its field of `everyday`, such as "texture.period".
     note: what a person who feels the texture should know; "" for most.
     """
 
@@ -69,8 +70,10 @@ class CatalogueEntry:
         scene = self.everyday
         numbers = {}
         for field, source in self.sources.items():
-            section, name = field.split(".")
-            numbers[field] = {"value": scene[section][name], "source": source}
+            value: Any = scene
+            for name in field.split("."):
+                value = value[name]
+            numbers[field] = {"value": value, "source": source}
         return {
             "name": self.name,
             "title": self.title,
@@ -124,12 +127,16 @@ def _entries() -> tuple[CatalogueEntry, ...]:
 def _entry(name: str, group: str, written: dict[str, Any]) -> CatalogueEntry:
     title, kind, note = written.pop("title"), written.pop("kind"), written.pop("note", "")
     scan = {field: written.pop(field, default) for field, default in EVERYDAY.items()}
+    effects = {field: written.pop(field) for field in list(written) if isinstance(written[field], dict)}
     texture = {"kind": kind, **{field: value for field, (value, _) in written.items()}}
     sources = {f"texture.{field}": source for field, (_, source) in written.items()}
     sources |= {f"scan.{field}": source for field, (_, source) in scan.items()}
-    everyday = {
+    everyday: dict[str, dict[str, Any]] = {
         "finger": dict(FINGER),
         "texture": deepcopy(texture),
         "scan": {field: value for field, (value, _) in scan.items()},
     }
+    for effect, numbers in effects.items():
+        everyday.setdefault("effects", {})[effect] = {field: value for field, (value, _) in numbers.items()}
+        sources |= {f"effects.{effect}.{field}": source for field, (_, source) in numbers.items()}
     return CatalogueEntry(name, title, group, {"texture": texture}, everyday, sources, note)

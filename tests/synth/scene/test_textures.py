@@ -7,6 +7,8 @@ from typing import Any
 
 import pytest
 
+from synth.accuracy.costing import explain
+from synth.effects.stick_slip import SURFACES
 from synth.errors import SceneError
 from synth.scene.catalogue import FOLDER, TRUST, CatalogueEntry, catalogue, catalogue_names, lookup
 from synth.scene.quantity import Dimension, parse_quantity
@@ -16,6 +18,8 @@ from synth.surfaces import profile_of
 ENTRIES = catalogue()
 each_entry = pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry.name)
 GRATINGS = [entry for entry in ENTRIES if entry.name.startswith("grating-")]
+FLAT = ("glass-wet", "glass-dry")  # felt by their friction alone
+FELT_BY_FRICTION = [entry for entry in ENTRIES if "effects" in entry.everyday]
 GRAINS = {
     "p40": 425, "p60": 269, "p80": 201, "p100": 162, "p120": 125, "p150": 100, "p180": 82, "p220": 68, "p240": 58.5,
     "p320": 46.2, "p400": 35.0, "p600": 25.8, "p800": 21.8, "p1000": 18.3,
@@ -59,20 +63,23 @@ def test_every_file_of_the_folder_is_a_group() -> None:
 def test_an_entry_is_a_texture_and_a_scene_with_a_fingertip(entry: CatalogueEntry) -> None:
     assert entry.title
     assert set(entry.document) == {"texture"}
-    assert set(entry.everyday) == {"finger", "texture", "scan"}
+    assert set(entry.everyday) - {"effects"} == {"finger", "texture", "scan"}
     texture, everyday = parse_scene(entry.document).texture, parse_scene(entry.everyday)
     assert everyday.texture == texture
     assert everyday.finger.kind == "fingertip"
     assert parse_scene({"texture": {"kind": entry.name}}).texture == texture
     assert 0.01 <= everyday.scan.speed <= 0.16, "the speeds of Greenspon et al. 2019"
     assert 0.05 <= everyday.scan.load <= 1.8, "the useful loads of Fagiani & Barbieri 2016"
-    assert profile_of(everyday).rms[0] > 0.0
+    assert (profile_of(everyday).rms[0] > 0.0) != (entry.name in FLAT)
 
 
 @each_entry
 def test_every_number_has_a_source_that_states_how_far_to_trust_it(entry: CatalogueEntry) -> None:
     numbers = {f"{section}.{field}" for section in ("texture", "scan") for field in entry.everyday[section]}
+    for effect, fields in entry.everyday.get("effects", {}).items():
+        numbers |= {f"effects.{effect}.{field}" for field in fields}
     assert set(entry.sources) == numbers - {"texture.kind"}
+    assert set(entry.description()["numbers"]) == set(entry.sources)
     assert NEEDED[entry.document["texture"]["kind"]] <= set(entry.document["texture"])
     for source in entry.sources.values():
         trust = next((word for word in TRUST if source.split(":")[0] == word), None)
@@ -129,6 +136,22 @@ def test_a_screw_thread_has_flanks_of_30_degrees(name: str, pitch: float) -> Non
     assert texture["period"] == pitch
     assert texture["height"] / texture["ramp"] == pytest.approx(3.0**0.5, rel=5e-3)
     assert texture["duty"] * pitch - texture["ramp"] == pytest.approx(pitch / 8.0, rel=5e-3), "the crest"
+
+
+@pytest.mark.parametrize("entry", FELT_BY_FRICTION, ids=lambda entry: entry.name)
+def test_a_surface_felt_by_its_friction_sticks_and_slips_in_its_everyday_scan(entry: CatalogueEntry) -> None:
+    effects = parse_scene(entry.everyday).effects
+    assert list(effects) == ["stick_slip"]
+    settings = effects["stick_slip"]
+    assert settings.friction == SURFACES[settings.surface], "the numbers of the entry are those of the effect"
+    told = explain(entry.everyday).document()["response"]["motion"]
+    assert told["frequency_hz"] > 10.0
+    assert told["force_peak_to_peak"] > 0.1 * told["mean_force"]
+
+
+def test_every_surface_of_the_effect_but_skin_is_felt_in_the_catalogue() -> None:
+    felt = {entry.everyday["effects"]["stick_slip"]["surface"] for entry in FELT_BY_FRICTION}
+    assert felt == set(SURFACES) - {"skin"}
 
 
 @each_entry
