@@ -20,7 +20,23 @@ COARSE = {"accuracy": {"tolerance": 0.03}}
 """Of a texture over an area: the rms is the same to 1 in 1000, in less than half of the time."""
 
 
-@pytest.mark.parametrize("entry", few(catalogue(), 7), ids=lambda entry: entry.name)
+FELT_BY_FRICTION = [entry for entry in catalogue() if "effects" in entry.everyday]
+OTHERS = [entry for entry in catalogue() if "effects" not in entry.everyday]
+
+
+@pytest.mark.parametrize("entry", FELT_BY_FRICTION, ids=lambda entry: entry.name)
+def test_a_surface_felt_by_its_friction_judders_by_a_tenth_of_its_force(entry: CatalogueEntry) -> None:
+    sound = render({**entry.everyday, "accuracy": {"tolerance": 0.03}, "output": {"duration": 1.0}})
+    force = np.asarray(sound.values, dtype=np.float64)[:, sound.quantities.index("friction_force")]
+    settings = parse_scene(entry.everyday).effects["stick_slip"]
+    static, kinetic, _ = settings.friction
+    load = parse_scene(entry.everyday).scan.load
+    assert kinetic * load < np.mean(force) < static * load
+    assert np.std(force) > 0.05 * np.mean(force)
+    assert np.max(force) <= static * load * (1.0 + 1e-9)
+
+
+@pytest.mark.parametrize("entry", few(OTHERS, 7), ids=lambda entry: entry.name)
 def test_an_everyday_scan_is_felt_or_has_a_note(entry: CatalogueEntry) -> None:
     over_area = isinstance(profile_of(parse_scene(entry.everyday)), HeightField)
     sound = render({**entry.everyday, **(COARSE if over_area else {}), "output": {"duration": 1.0}})
