@@ -47,21 +47,20 @@ async def read_form(
 
     limit: largest body, in bytes, which the setting `setting` gives.
     hold: called with the size of the body, announced or arrived so far. What it raises ends the upload.
-    Raises Problem: 415 for another media type, 413 for a larger body, 422 for a form without a file.
-    Raises CannotRender where the temporary file has no room.
+    Raises Problem: 415 for another media type, 413 for a larger body, 422 for a form without a file; CannotRender where
+    the temporary file has no room.
     """
     media_type, parameters = parse_options_header(request.headers.get("content-type"))
     if media_type != FORM.encode():
         raise Problem("not-multipart", f"Send Content-Type: {FORM}.", headers={"Accept-Post": FORM})
     check_not_packed(request, "not-multipart", FORM)
-    charset = parameters.get(b"charset", b"utf-8").decode("latin-1")
-    if charset.lower() not in CHARSETS:
+    if (charset := parameters.get(b"charset", b"utf-8").decode("latin-1")).lower() not in CHARSETS:
         raise refused("", f"a form with charset={shown(charset)}", "a form in UTF-8", "Leave charset out.")
     larger = too_large(limit, setting)
     length = request.headers.get("content-length", "")
-    if length.isdigit() and int(length) > limit:
+    if (announced := int(length) if length.isdigit() else 0) > limit:
         raise larger
-    hold(int(length) if length.isdigit() else 0)
+    hold(announced)
     total, closing, newest, is_closed = 0, b"\r\n--" + parameters.get(b"boundary", b"") + b"--", b"", False
 
     async def counted() -> Message:

@@ -250,15 +250,72 @@ def height_after(nodes, pieces, weights, window, balance, attraction, load, ahea
 
 
 @inner
-def write_slope_forces(points, nodes, pieces, weights, window, moved, forces, z, rates, with_force, out, i):
+def stiffness_of(contact, hardness, span, part, pressed, reach):
+    """Return the forces of the foundation, of the attraction and of both per mean of a1 + a2, N.
+
+    contact, span: see `run_steps`; part: of the points in contact.
+    """
+    own = contact[0] * hardness * contact[4] * max(pressed, contact[6]) ** contact[5] * part ** span[3]
+    more = contact[8] * part * part / reach if contact[8] > 0.0 else 0.0
+    return own, more, own + more
+
+
+@inner
+def balance_of(contact, numbers, balanced, new_part, share, step, full):
+    """Return base and alpha of Model.
+
+    contact, step: see `run_steps`.
+    balanced: load that the skin balances, N.
+    new_part: share of the pressure of this step in the pressure that balances.
+    share: of the end of the step in the force of the spring.
+    full: force per mean of a1 + a2, N.
+    """
+    mass, damping, spring = contact[2], contact[3], contact[7]
+    moved = (1.0 - new_part) * numbers[PRESSING] + 2.0 * mass * numbers[SPEED] / step
+    alpha = contact[0] * ((2.0 * mass / step + damping) / step + share * spring) / (new_part * full)
+    return (balanced - moved) / (new_part * full), alpha
+
+
+@inner
+def reaction_of(met, forces, balance, z0, z, by_area, held, numbers):
+    """Return the reaction (N) after a step from z0 to z, and keep the force that presses in `numbers`.
+
+    met: nodes, pieces, weights and window.
+    forces: per mean of a1 + a2 (N): the foundation, the attraction and its reach; a reach of 0: there is none.
+    balance: base and alpha of Model.
+    by_area: whether it follows from the area: the value from the balance would carry rounding from step to step.
+    """
+    nodes, pieces, weights, window = met
+    own, more, reach = forces
+    if reach > 0.0:
+        reaction, numbers[PRESSING] = forces_of(nodes, pieces, weights, window, own, more, reach, z, held)
+        return reaction
+    reaction = max((own + more) * (balance[0] + balance[1] * (z - z0)), 0.0)
+    if by_area:
+        reaction = (own + more) * modified_area(nodes, pieces, weights, z, window)[0]
+    numbers[PRESSING] = reaction
+    return reaction
+
+
+@inner
+def write_step(out, i, height, reaction, held):
+    """Write step `i`: height (m), reaction (N), whether the surface holds the finger, and no slope force."""
+    out[HEIGHT, i], out[REACTION, i], out[ATTACHED, i] = height, reaction, 1.0 if held else 0.0
+    out[SLOPE_FORCE, i], out[ACROSS_FORCE, i] = 0.0, 0.0
+
+
+@inner
+def write_slope_forces(points, met, moved, forces, z, rates, with_force, out, i):
     """Write the components of the slope force of step `i`, N.
 
     points: rows, lattice and place of `SkinPoints`.
+    met: nodes, pieces, weights and window.
     moved: where the pressure of the step belongs to: turns of the texture, across (m), and direction (rad).
     forces: of all points (N), of the attraction (N), its reach, and the factor from heights over turns to slopes.
     rates: working space [points].
     """
     rows, lattice, place = points
+    nodes, pieces, weights, window = met
     for component in range(with_force):
         if component == 0:
             write_rates(rows, lattice, place, TURNS * moved[0], moved[1], moved[2], rates)
@@ -284,59 +341,43 @@ def run_steps(
     contact: a1 + a2 (m), texture period (m), mass (kg), damping (N s/m), the fields of `StiffnessLaw`, the stiffness of
         the pulp (N/m), and pull (N) and reach (m) of an attraction.
     span: the fields of `Span`.
-    step: s.
-    when, head, terms: see `Skin.coefficients`.
+    step: s; when, head, terms: see `Skin.coefficients`.
     with_force: number of components of the slope force.
     phase, numbers, elements: see `State`; updated.
-    path: how far the texture has moved across (m) and the direction of the finger (rad) at the end of each step; empty
-        for a finger on its line.
+    path: how far the texture has moved across (m) and the direction (rad) at the end of each step; empty: on a line.
     rests: z_w (m) before the first step and at the end of each.
     """
-    scale, period, mass, damping = contact[0], contact[1], contact[2], contact[3]
-    coefficient, power, lightest, count = contact[4], contact[5], contact[6], rows.shape[1]
-    spring, share = contact[7], 0.5 if mass > 0.0 else 1.0  # with a mass, the spring acts in the middle of a step
-    pull, reach = contact[8], contact[9] / scale if contact[8] > 0.0 else 0.0
+    scale, period, mass, lightest, spring, pull = contact[0], contact[1], contact[2], contact[6], contact[7], contact[8]
+    count, share = rows.shape[1], 0.5 if mass > 0.0 else 1.0  # with a mass, the spring acts in the middle of a step
+    reach = contact[9] / scale if pull > 0.0 else 0.0
     least, to_slopes = -np.inf if pull > 0.0 else lightest, 2.0 * math.pi * scale / period
     nodes, pieces, rates = np.empty((4, count)), np.empty((4, count - 1)), np.empty(count)
-    aside, direction, points, cut_at = place[ASIDE], place[DIRECTION], (rows, lattice, place), -1.0
-    whole_weights, weights = weights, weights.copy()
+    aside, direction, points = place[ASIDE], place[DIRECTION], (rows, lattice, place)
+    whole_weights, weights, cut_at = weights, weights.copy(), -1.0
     new_part = 0.5 if mass > 0.0 and when == 1.0 else 1.0  # share of this step's pressure in the pressure that balances
     for i in range(len(phases)):
-        if path.shape[1] > 0:
-            aside, direction = path[0, i], path[1, i]
+        aside, direction = (path[0, i], path[1, i]) if path.shape[1] > 0 else (aside, direction)
         load = max(loads[i], least)
         pressed, balanced = loads_of(numbers, load, when, new_part, spring, rests[i + 1], rests[i], share, scale)
-        part = part_of(span, max(pressed, lightest))
-        window = window_of(part if rims.shape[1] == 0 else 1.0, count - 1)
-        if rims.shape[1] > 0 and part != cut_at:
+        part, in_rows = part_of(span, max(pressed, lightest)), rims.shape[1] > 0
+        window = window_of(1.0 if in_rows else part, count - 1)
+        if in_rows and part != cut_at:
             cut_weights(whole_weights, rims, place[PIECES_ALONG], place[ROWS_ACROSS], part, weights)
             cut_at = part
-        own = scale * head[HARDNESS] * coefficient * max(pressed, lightest) ** power * part ** span[3]
-        more = pull * part * part / reach if pull > 0.0 else 0.0  # N per mean of a1 + a2, as `own`
-        full = own + more
+        own, more, full = stiffness_of(contact, head[HARDNESS], span, part, pressed, reach)
         write_profile(points, phases[i], aside, direction, elements, head[KEEP], terms, nodes, pieces)
-        moved = (1.0 - new_part) * numbers[PRESSING] + 2.0 * mass * numbers[SPEED] / step
-        base = (balanced - moved) / (new_part * full)
-        alpha = scale * ((2.0 * mass / step + damping) / step + share * spring) / (new_part * full)
-        ahead, attraction = step * numbers[SPEED] / scale, (more / full, reach)
-        z0, z = height_after(nodes, pieces, weights, window, (base, alpha), attraction, load, ahead, numbers)
+        balance = balance_of(contact, numbers, balanced, new_part, share, step, full)
+        ahead, attraction, met = step * numbers[SPEED] / scale, (more / full, reach), (nodes, pieces, weights, window)
+        z0, z = height_after(nodes, pieces, weights, window, balance, attraction, load, ahead, numbers)
         held = pull == 0.0 or numbers[HELD] > 0.0
-        if mass > 0.0 and held:
-            numbers[SPEED] = 2.0 * scale * (z - z0) / step - numbers[SPEED]
-        reaction = max(full * (base + alpha * (z - z0)), 0.0)
-        if pull > 0.0:
-            reaction, numbers[PRESSING] = forces_of(nodes, pieces, weights, window, own, more, reach, z, held)
-        else:
-            if new_part < 1.0:  # from the area: the value from the balance would carry rounding from step to step
-                reaction = full * modified_area(nodes, pieces, weights, z, window)[0]
-            numbers[PRESSING] = reaction
+        numbers[SPEED] = 2.0 * scale * (z - z0) / step - numbers[SPEED] if mass > 0.0 and held else numbers[SPEED]
+        reaction = reaction_of(met, (own, more, reach), balance, z0, z, new_part < 1.0, held, numbers)
         remember(elements, terms, nodes, z)
-        out[HEIGHT, i], out[REACTION, i], out[ATTACHED, i] = scale * z, reaction, 1.0 if held else 0.0
-        out[SLOPE_FORCE, i], out[ACROSS_FORCE, i], late = 0.0, 0.0, 1.0 - when
+        write_step(out, i, scale * z, reaction, held)
         if with_force > 0 and held:
             turns, before = np.float64(np.int64(phases[i])), np.float64(np.int64(phases[i] - phase[0]))
+            late, forces = 1.0 - when, (full, more, reach, to_slopes)
             beside = aside - late * (aside - numbers[BEFORE]), direction - late * (direction - numbers[BEFORE + 1])
-            there, forces = (turns - late * before, beside[0], beside[1]), (full, more, reach, to_slopes)
-            write_slope_forces(points, nodes, pieces, weights, window, there, forces, z, rates, with_force, out, i)
-        numbers[BEFORE], numbers[BEFORE + 1] = aside, direction
-        phase[0], numbers[LOAD] = phases[i], load
+            there = turns - late * before, beside[0], beside[1]
+            write_slope_forces(points, met, there, forces, z, rates, with_force, out, i)
+        numbers[BEFORE], numbers[BEFORE + 1], numbers[LOAD], phase[0] = aside, direction, load, phases[i]
