@@ -38,6 +38,7 @@ function draw(context, plot, { width, height, colour, font }, window, header) {
 }
 
 function svgOf(plot, view, window, header) {
+  if (plot.svg) return new Blob([plot.svg(header).text], { type: "image/svg+xml" });
   const context = new SvgContext();
   const { across, up } = draw(context, plot, view, window, header);
   const told = ({ low, high, log, place }) => ({ low, high, log, from: place(low), to: place(high) });
@@ -47,20 +48,30 @@ function svgOf(plot, view, window, header) {
 }
 
 async function pngOf(plot, view, window, header) {
+  const drawn = plot.svg?.(header) ?? { width: view.width, height: view.height + CAPTION };
   const canvas = document.createElement("canvas");
-  canvas.width = view.width * PIXELS;
-  canvas.height = (view.height + CAPTION) * PIXELS;
+  canvas.width = drawn.width * PIXELS;
+  canvas.height = drawn.height * PIXELS;
   const context = canvas.getContext("2d");
   context.scale(PIXELS, PIXELS);
-  draw(context, plot, view, window, header);
+  if (plot.svg) context.drawImage(await pictureOf(drawn.text), 0, 0, drawn.width, drawn.height);
+  else draw(context, plot, view, window, header);
   const blob = await new Promise((resolve) => canvas.toBlob(resolve, "image/png"));
   return withText(blob, "ridgewave", JSON.stringify(header));
 }
 
+/** Returns an SVG as a picture. */
+async function pictureOf(text) {
+  const picture = new Image();
+  picture.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(text)}`;
+  await picture.decode();
+  return picture;
+}
+
 /** Returns a plot as CSV. */
-export function csvOf(plot, _, window, header) {
+function csvOf(plot, _, window, header) {
   const lines = Object.entries(header).map(([name, value]) => `# ${name}: ${JSON.stringify(value)}`);
-  lines.push(plot.columns.join(), ...plot.rows(...window).map((row) => row.map(cell).join()));
+  lines.push(plot.columns.join(), ...plot.rows(...(window ?? [])).map((row) => row.map(cell).join()));
   return new Blob([`${lines.join("\n")}\n`], { type: "text/csv" });
 }
 

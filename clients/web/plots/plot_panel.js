@@ -110,6 +110,15 @@ export class PlotPanel {
     this.panel.request();
   }
 
+  /** The point at the cursor, {x, y} in values of the axes; null without a cursor. */
+  get place() {
+    const shown = this.#cursor === null ? null : this.#shown();
+    if (!shown) return null;
+    const [{ xs, ys }] = shown.plot.lines;
+    const index = nearestPoint(shown.plot, this.#cursor);
+    return { x: xs[index], y: ys[index] };
+  }
+
   /** The value at the cursor as text, "" without a cursor. */
   get reading() {
     const shown = this.#cursor === null ? null : this.#shown();
