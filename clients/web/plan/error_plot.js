@@ -102,7 +102,8 @@ export function drawErrorPlot(svg, document, window = null) {
   drawChosen(inside, labels, document, place);
   for (const one of series) {
     for (const row of new Set([one.rows.at(-1), one.rows[0]])) {
-      if (row.method !== document.chosen) labels.put(sizeOf(row.method), place(row), `size family-${one.family}`);
+      if (row.method !== document.chosen && labels.holds(place(row)))
+        labels.put(sizeOf(row.method), place(row), `size family-${one.family}`);
     }
   }
   return { box, across, up };
@@ -192,7 +193,7 @@ function drawChosen(svg, labels, document, place) {
   if (!chosen) return;
   const [cx, cy] = place(chosen);
   add(svg, "circle", { class: "ring", cx, cy, r: 7.5 });
-  labels.put("the plan’s choice", [cx, cy], "chosen", PLACES, 10);
+  if (labels.holds([cx, cy])) labels.put("the plan’s choice", [cx, cy], "chosen", PLACES, 10);
 }
 
 /** Labels that overlap neither points nor each other. */

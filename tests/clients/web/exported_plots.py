@@ -57,7 +57,9 @@ def read_svg(content: bytes) -> tuple[dict[str, Any], list[npt.NDArray[np.float6
     paths = [path.get("d", "") for path in root.iter(f"{SVG}path") if path.get("fill") == "none"]
     lines = []
     for path in paths:
-        points = np.array([[float(one) for one in pair] for pair in re.findall(r"[ML](\S+?) (-?[\d.]+)", path)])
+        points = np.reshape(
+            [[float(one) for one in pair] for pair in re.findall(r"[ML](\S+?) (-?[\d.]+)", path)], (-1, 2)
+        )
         lines.append(np.stack([value_of(axes["across"], points[:, 0]), value_of(axes["up"], points[:, 1])], axis=1))
     return header, sorted(lines, key=len, reverse=True)
 
