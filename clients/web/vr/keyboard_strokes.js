@@ -5,7 +5,7 @@ stroke ends at the end of the swatch or when the key is released. The fingertip 
 had the focus for REST: the streams of swatches that the focus only passes are not opened. */
 
 import { LENGTH, WIDTH } from "./table_layout.js";
-import { MOST_LOAD, depthOf } from "./contact_model.js";
+import { MOST_LOAD, STIFFNESS, depthOf } from "./contact_model.js";
 
 const SPEED = 0.08; // m/s, default of a scene
 const HOVER = 0.006; // m over the swatch without a touch
@@ -22,7 +22,7 @@ export class KeyboardStrokes {
    * @param {() => void} onChange
    */
   constructor(list, swatches, places, onChange) {
-    Object.assign(this, { places, onChange });
+    Object.assign(this, { places, onChange, stiffness: STIFFNESS });
     this.index = null;
     this.along = 0;
     this.load = FIRST_LOAD;
@@ -61,7 +61,7 @@ export class KeyboardStrokes {
     this.rested += passed;
     const over = this.rested < REST ? AWAY : HOVER;
     const { x, z } = this.places[this.index];
-    return { x: x + this.along, y: this.direction ? -depthOf(this.load) : over, z: z + WIDTH / 6 };
+    return { x: x + this.along, y: this.direction ? -depthOf(this.load, this.stiffness) : over, z: z + WIDTH / 6 };
   }
 
   #focus(index) {
