@@ -112,20 +112,22 @@ async function begin() {
 /** Moves the fingertips and draws, at each picture of the screen or of the headset. */
 function run({ room, fingertips, viewpoint, pointer, keys, panel, swatches }) {
   let [last, told] = [0, 0];
+  let pressed = ""; // touches and hints of the last picture
   room.renderer.setAnimationLoop((_, frame) => {
     const time = performance.now() / 1e3;
     const passed = Math.min(LONGEST_STEP, time - last);
     last = time;
     const { session } = shown;
     const tips = frame && session ? session.tips(frame) : desktopTips(pointer.point(passed), keys.point(passed));
-    const held = shown.touches.length > 0;
     Object.assign(shown, { tips, touches: fingertips.step(tips, time) });
     if (session) panel.touch(tips);
-    if (!session && !(stale || held || shown.touches.length)) return;
+    const pressing = `${shown.touches.length > 0} ${[...fingertips.beside]}`;
+    const moved = pressing !== pressed || shown.touches.length > 0;
+    if (!session && !(stale || moved)) return;
     stale = false;
     if (!session) viewpoint.place(room.camera, room.table.position);
-    if (time - told >= READOUT || held !== shown.touches.length > 0) {
-      told = time;
+    if (time - told >= READOUT || pressing !== pressed) {
+      [told, pressed] = [time, pressing];
       tell(fingertips, panel, swatches);
     }
     room.draw();
@@ -145,7 +147,6 @@ function tell(fingertips, panel, swatches) {
     stiffness,
     hint: touch ? "" : hintOf(beside, swatches),
   });
-  if (beside.size) changed(); // until the fingertip has left
 }
 
 /** Does what a button of the panel says. strokes: the DesktopPointer and the KeyboardStrokes. */
@@ -155,6 +156,7 @@ function press(action, fingertips, strokes) {
   if (factor) {
     const stiffness = Math.min(STIFFEST, Math.max(SOFTEST, fingertips.stiffness * factor));
     for (const one of [fingertips, ...strokes]) one.stiffness = stiffness;
+    for (const one of strokes) one.scaleLoad(factor);
   }
   if (step) {
     sound.volume = Math.round(10 * (sound.volume + step)) / 10;

@@ -78,6 +78,7 @@ export class DesktopPointer {
     Object.assign(this, { canvas, view, under, onChange, press, isSwatch });
     this.place = null;
     this.load = 0;
+    this.firstLoad = FIRST_LOAD;
     this.stiffness = STIFFNESS;
     this.pressing = this.held = this.landing = this.turning = this.sliding = false;
     const on = (kind, act, options) => canvas.addEventListener(kind, act, options);
@@ -102,6 +103,11 @@ export class DesktopPointer {
     }
     if (this.pressing && !this.held) this.load = Math.min(MOST_LOAD, this.load + GROWTH * passed);
     return { x: this.place.x, y: this.pressing ? -depthOf(this.load, this.stiffness) : HOVER, z: this.place.z };
+  }
+
+  /** Multiplies the load with which a touch begins. */
+  scaleLoad(factor) {
+    this.firstLoad = within(this.firstLoad * factor, [NOTCH_LOAD / 2, MOST_LOAD]);
   }
 
   /** Lifts the pointer. */
@@ -132,7 +138,7 @@ export class DesktopPointer {
     this.sliding = event.pointerType === "touch" && this.place !== null && !this.isSwatch(this.place);
     if (this.sliding) return;
     this.pressing = this.landing = true;
-    this.load = FIRST_LOAD;
+    this.load = this.firstLoad;
     this.#press(event);
   }
 

@@ -64,6 +64,11 @@ export class KeyboardStrokes {
     return { x: x + this.along, y: this.direction ? -depthOf(this.load, this.stiffness) : over, z: z + WIDTH / 6 };
   }
 
+  /** Multiplies the load of the strokes. */
+  scaleLoad(factor) {
+    this.load = Math.min(MOST_LOAD, Math.max(LOAD_STEP, this.load * factor));
+  }
+
   #focus(index) {
     this.index = index;
     this.along = this.rested = 0;
