@@ -100,7 +100,8 @@ async function begin() {
   Object.assign(shown, { room, fingertips, panel });
   part("scale").textContent = scaleInWords();
   followControls(fingertips);
-  followSize(room, viewpoint);
+  const refit = followSize(room, viewpoint);
+  followObject({ room, swatches, keys, refit });
   const [button, why] = [part("enter"), part("why")];
   const parts = { button, why, room, fingertips, motors, panel, begin: () => sound.begin(), say };
   headset = new HeadsetEntry(parts);
@@ -215,6 +216,25 @@ function followSize(room, viewpoint) {
   new ResizeObserver(() => shown.session || fit()).observe(view.parentElement);
   room.refit = fit;
   fit();
+  return fit;
+}
+
+/** Adds the object of a file that the user chooses. */
+function followObject({ room, swatches, keys, refit }) {
+  part("object").addEventListener("change", async ({ target }) => {
+    const [file] = target.files;
+    target.value = "";
+    if (!file) return;
+    try {
+      const { addObject } = await import("./vr/own_object.js");
+      const added = await addObject(room, swatches, file);
+      for (const swatch of added) keys.add(swatch);
+      say(`${file.name}: ${added.length} ${added.length === 1 ? "part" : "parts"} can be touched.`);
+      refit();
+    } catch (error) {
+      say(error.message);
+    }
+  });
 }
 
 begin().catch((error) => {

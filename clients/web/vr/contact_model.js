@@ -27,7 +27,8 @@ export function depthOf(load, stiffness = STIFFNESS) {
 }
 
 /**
- * @param {{x: number, z: number}[]} places centres of the swatches (m)
+ * @param {{x: number, z: number, length?: number, width?: number}[]} places centres of the swatches, and their sizes where
+ *   they are not LENGTH and WIDTH (m)
  * @param {{x: number, z: number}} point in coordinates of the table (m)
  * @returns {{index: number, position: number, y: number} | null} the swatch at the point, the distance from its left
  *   end, and from its middle away from the person (m)
@@ -36,16 +37,18 @@ export function swatchUnder(places, point) {
   for (let index = 0; index < places.length; index++) {
     const along = point.x - places[index].x;
     const across = point.z - places[index].z;
-    if (Math.abs(along) <= LENGTH / 2 && Math.abs(across) <= WIDTH / 2)
-      return { index, position: along + LENGTH / 2, y: 0 - across };
+    const { length = LENGTH, width = WIDTH } = places[index];
+    if (Math.abs(along) <= length / 2 && Math.abs(across) <= width / 2)
+      return { index, position: along + length / 2, y: 0 - across };
   }
   return null;
 }
 
 /** Returns the index of the swatch whose edge is nearest to a point of the table (m). */
 function nearestSwatch(places, { x, z }) {
+  const beyond = (distance, size) => Math.max(0, Math.abs(distance) - size / 2);
   const apart = (place) =>
-    Math.hypot(Math.max(0, Math.abs(x - place.x) - LENGTH / 2), Math.max(0, Math.abs(z - place.z) - WIDTH / 2));
+    Math.hypot(beyond(x - place.x, place.length ?? LENGTH), beyond(z - place.z, place.width ?? WIDTH));
   return places.reduce((best, place, index) => (apart(place) < apart(places[best]) ? index : best), 0);
 }
 

@@ -8,7 +8,7 @@ Limits: no shadows except a dot under each fingertip; some 20 draw calls. */
 import { labelMesh } from "./labels.js";
 import { areaRelief } from "./area_relief.js";
 import { relief } from "./relief.js";
-import { COLUMNS, LENGTH, RAISED, WIDTH, layTable, magnification } from "./table_layout.js";
+import { COLUMNS, LENGTH, MARGIN, RAISED, WIDTH, layTable, magnification } from "./table_layout.js";
 import { FingertipMesh, TOUCHED } from "./fingertip_mesh.js";
 
 const FIELD_OF_VIEW = 40; // degrees, vertical, on a desktop
@@ -101,6 +101,17 @@ export class Room {
     mesh.position.set(x, 0, z);
     this.table.add(mesh);
     return mesh;
+  }
+
+  /** Adds an object beside the table: Meshes in coordinates of the table, whose tops are in its plane. touchable: those that
+   *  are swatches, with their places {x, z, length, width} (m). right: the right edge of the object (m). */
+  addObject(meshes, touchable, right) {
+    for (const mesh of meshes) this.table.add(mesh);
+    for (const { mesh, place } of touchable) {
+      this.swatches.push(mesh);
+      this.layout.places.push(place);
+    }
+    this.layout.width = Math.max(this.layout.width, 2 * (right + MARGIN));
   }
 
   /** @param {{x, y, z}} point in the world (m) @returns {{x, y, z}} in coordinates of the table (m) */
