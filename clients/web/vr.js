@@ -1,86 +1,51 @@
 /* The VR page: connects the table (vr/), the sound (sound/, hand/) and the headset.
 
-Limits: browsers permit sound only after a click or key press. three.js is in vendor/ if the package was built with npm.
-*/
+Limits: three.js is in vendor/ if the package was built with npm. */
 
-import { Finger } from "./hand/finger.js";
-import { Player } from "./sound/player.js";
 import { loadSwatches, loadThreshold } from "./vr/swatches.js";
 import { DesktopPointer, Viewpoint } from "./vr/desktop_pointer.js";
 import { Fingertips } from "./vr/fingertips.js";
 import { ControllerMotors } from "./vr/controller_motors.js";
+import { ControlPanel } from "./vr/control_panel.js";
+import { HeadsetEntry } from "./vr/headset_entry.js";
 import { KeyboardStrokes } from "./vr/keyboard_strokes.js";
+import { hintOf, nameOf, scaleInWords, touchesInWords } from "./vr/readout.js";
 import { Room } from "./vr/room.js";
-import { enter, whyNoHeadset } from "./vr/headset_session.js";
-import { WIDTH } from "./vr/table_layout.js";
-import { placeBefore, readTips } from "./vr/tracked_fingertips.js";
-import { MOST_LOAD, STIFFNESS } from "./vr/contact_model.js";
+import { TableSound } from "./vr/table_sound.js";
+import { STIFFNESS, swatchUnder } from "./vr/contact_model.js";
 
-const RATE = 48000; // Hz, default of a scene
 const TIP = 0.007; // m, radius of the fingertip without a headset
 const LONGEST_STEP = 0.1; // s, so that strokes do not jump after a pause of the page
-const ASLEEP = "The browser keeps this page silent until you click, press a key or lift your finger.";
 const READOUT = 0.2; // s between updates of the readout
-
-const LOST = "The connection is lost. This page tries again.";
+const TALL = 0.9; // width over height of the picture below which the table has two columns
+const STIFFER = 2; // factor of a press on "Load +"
+const SOFTEST = STIFFNESS / 8; // N/m
+const STIFFEST = STIFFNESS * 8;
+const GAIN_STEP = 0.1;
 
 const part = (id) => document.getElementById(id);
-const say = (text) => (part("status").textContent = text);
-const shown = { player: null, fingers: new Set(), session: null, tips: [], touches: [], fingertips: null, room: null };
+const status = {
+  get text() {
+    return part("status").textContent;
+  },
+  say: (text) => (part("status").textContent = text),
+};
+const { say } = status;
+const sound = new TableSound(Number(part("volume").value), status);
+const shown = {
+  get player() {
+    return sound.player;
+  },
+  get session() {
+    return headset?.session ?? null;
+  },
+  ...{ fingers: sound.fingers, tips: [], touches: [], fingertips: null, room: null, panel: null },
+};
 window.ridgewave = shown;
 
-let sound = null;
-let volume = Number(part("volume").value);
-let muted = false;
+let headset = null;
 let stale = true; // the picture must be drawn again
 const changed = () => (stale = true);
-
-/** Opens the player once. Must be called in a user gesture. */
-function beginSound() {
-  sound ??= Player.open({ sampleRate: RATE, latencyHint: "interactive" }).then(
-    (player) => {
-      shown.player = player;
-      player.volume = muted ? 0 : volume;
-      player.addEventListener("awake", tellAwake);
-      tellAwake();
-      return player;
-    },
-    (error) => {
-      sound = null;
-      say(`The sound could not start: ${error.message}`);
-      return null;
-    },
-  );
-  return sound;
-}
-
-/** Tells the user while the browser does not permit sound. */
-function tellAwake() {
-  if (!shown.player.awake) say(ASLEEP);
-  else if (part("status").textContent === ASLEEP) say("");
-}
-
-/** Returns an open Finger for a scene, null before the sound has begun. signal: an AbortSignal that ends the opening. */
-async function openFinger(scene, signal) {
-  const player = await sound;
-  if (!player || muted || signal?.aborted) return null;
-  const finger = new Finger({ player, scene });
-  shown.fingers.add(finger);
-  signal?.addEventListener("abort", () => finger.close());
-  finger.addEventListener("problem", ({ detail: { problem } }) => say(problem.detail ?? problem.title));
-  finger.addEventListener("broken", () => part("status").textContent || say(LOST));
-  for (const kind of ["ready", "resumed"])
-    finger.addEventListener(kind, () => {
-      say("");
-      tellAwake();
-    });
-  finger.addEventListener("ended", () => {
-    shown.fingers.delete(finger);
-    if (!shown.fingers.size && part("status").textContent === LOST) say("");
-  });
-  await finger.open();
-  return finger;
-}
 
 function sendToPad(text, words) {
   const link = Object.assign(document.createElement("a"), { href: "/", textContent: words });
@@ -104,9 +69,10 @@ async function begin() {
   say("Loading the swatches.");
   const [swatches, threshold] = await Promise.all([loadSwatches(), loadThreshold()]);
   const look = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
+  const { clientWidth, clientHeight } = part("view").parentElement;
   let room;
   try {
-    room = new Room(three, part("view"), swatches, look);
+    room = new Room(three, part("view"), swatches, look, clientWidth < TALL * clientHeight);
   } catch {
     sendToPad("This browser cannot draw WebGL. Turn on its hardware acceleration. ", "The pad works without it.");
     return;
@@ -115,45 +81,98 @@ async function begin() {
   const fingertips = new Fingertips({
     room,
     swatches,
-    open: openFinger,
+    open: (scene, signal) => sound.openFinger(scene, signal),
     onBlock: (hand, finger, samples) => motors.play(hand, finger, samples),
     onLift: (hand) => motors.stop(hand),
     onProblem: (error) => say(error.message),
     onLimited: (reduction) => tellLimited(reduction, fingertips),
   });
-  Object.assign(shown, { room, fingertips });
   const viewpoint = new Viewpoint();
+  const panel = new ControlPanel(room, (action) => press(action, fingertips, [pointer, keys]));
   const pointer = new DesktopPointer(part("view"), {
     view: viewpoint,
     under: (x, y) => room.under(x, y),
+    press: (x, y) => panel.pressAt(room.rayAt(x, y)),
+    isSwatch: (point) => swatchUnder(room.layout.places, point) !== null,
     onChange: changed,
   });
   const keys = new KeyboardStrokes(part("list"), swatches, room.layout.places, changed);
-  tellScale();
+  Object.assign(shown, { room, fingertips, panel });
+  part("scale").textContent = scaleInWords();
   followControls(fingertips);
-  followSize(room, viewpoint);
-  followHeadset(room, fingertips, motors);
+  const refit = followSize(room, viewpoint);
+  followObject({ room, swatches, keys, refit });
+  const [button, why] = [part("enter"), part("why")];
+  const parts = { button, why, room, fingertips, motors, panel, begin: () => sound.begin(), say };
+  headset = new HeadsetEntry(parts);
+  run({ room, fingertips, viewpoint, pointer, keys, panel, swatches });
+  say("");
+  part("view").dataset.ready = "true";
+}
 
-  let last = 0;
-  let told = 0;
+/** Moves the fingertips and draws, at each picture of the screen or of the headset. */
+function run({ room, fingertips, viewpoint, pointer, keys, panel, swatches }) {
+  let [last, told] = [0, 0];
+  let pressed = ""; // touches and hints of the last picture
   room.renderer.setAnimationLoop((_, frame) => {
     const time = performance.now() / 1e3;
     const passed = Math.min(LONGEST_STEP, time - last);
     last = time;
-    const session = shown.session;
+    const { session } = shown;
     const tips = frame && session ? session.tips(frame) : desktopTips(pointer.point(passed), keys.point(passed));
-    const held = shown.touches.length > 0;
     Object.assign(shown, { tips, touches: fingertips.step(tips, time) });
-    if (!session && !(stale || held || shown.touches.length)) return;
+    if (session) panel.touch(tips);
+    const pressing = `${shown.touches.length > 0} ${[...fingertips.beside]}`;
+    const moved = pressing !== pressed || shown.touches.length > 0;
+    if (!session && !(stale || moved)) return;
     stale = false;
     if (!session) viewpoint.place(room.camera, room.table.position);
+    if (time - told >= READOUT || pressing !== pressed) {
+      [told, pressed] = [time, pressing];
+      tell(fingertips, panel, swatches);
+    }
     room.draw();
-    if (time - told < READOUT && held === shown.touches.length > 0) return;
-    told = time;
-    tellTouches(shown.touches, swatches);
   });
-  say("");
-  part("view").dataset.ready = "true";
+}
+
+/** Updates the readout and the panel. */
+function tell(fingertips, panel, swatches) {
+  const { beside, stiffness } = fingertips;
+  const [touch] = shown.touches;
+  part("touch").textContent = touchesInWords(shown.touches, beside, swatches);
+  panel.show({
+    texture: touch ? nameOf(swatches[touch.index]) : "",
+    load: touch?.load ?? 0,
+    gain: sound.volume,
+    muted: sound.muted,
+    stiffness,
+    hint: touch ? "" : hintOf(beside, swatches),
+  });
+}
+
+/** Does what a button of the panel says. strokes: the DesktopPointer and the KeyboardStrokes. */
+function press(action, fingertips, strokes) {
+  const factor = { harder: STIFFER, softer: 1 / STIFFER }[action];
+  const step = { louder: GAIN_STEP, quieter: -GAIN_STEP }[action];
+  if (factor) {
+    const stiffness = Math.min(STIFFEST, Math.max(SOFTEST, fingertips.stiffness * factor));
+    for (const one of [fingertips, ...strokes]) one.stiffness = stiffness;
+    for (const one of strokes) one.scaleLoad(factor);
+  }
+  if (step) {
+    sound.volume = Math.round(10 * (sound.volume + step)) / 10;
+    part("volume").value = sound.volume;
+  }
+  if (action === "mute") mute(fingertips);
+  changed();
+}
+
+/** Turns the sound off or on again. */
+function mute(fingertips) {
+  sound.muted = !sound.muted;
+  part("silence").setAttribute("aria-pressed", String(sound.muted));
+  if (sound.muted) fingertips.close();
+  changed();
 }
 
 /** Shows the gain reduction of the limiter. A headset does not show the page, so there the table rescales
@@ -171,37 +190,14 @@ function desktopTips(pointer, keys) {
     .map(([id, { x, y, z }]) => ({ id, centre: { x, y: y + TIP, z }, radius: TIP }));
 }
 
-function tellTouches(touches, swatches) {
-  const words = touches.map(
-    ({ index, position, load }) =>
-      `${swatches[index].title.split(":")[0]}: ${(position * 1e3).toFixed(0)} mm, ${load.toFixed(2)} N`,
-  );
-  part("touch").textContent = words.join("   ");
-}
-
-function tellScale() {
-  const depth = `${(1e3 / STIFFNESS).toFixed(0)} mm of depth are 1 N, up to ${MOST_LOAD} N`;
-  part("scale").textContent =
-    `Swatches are ${(WIDTH * 1e3).toFixed(0)} mm wide and are touched at true scale. Only their drawing is magnified, as ` +
-    `the labels say. With a headset, ${depth}. Each swatch has its own full scale, so loudness cannot be compared.`;
-}
-
 function followControls(fingertips) {
   for (const kind of ["pointerdown", "keydown"])
-    window.addEventListener(kind, beginSound, { once: true, capture: true });
-  const set = () => {
-    if (shown.player) shown.player.volume = muted ? 0 : volume;
-  };
+    window.addEventListener(kind, () => sound.begin(), { once: true, capture: true });
   part("volume").addEventListener("input", ({ target }) => {
-    volume = Number(target.value);
-    set();
+    sound.volume = Number(target.value);
+    changed();
   });
-  part("silence").addEventListener("click", ({ currentTarget }) => {
-    muted = !muted;
-    currentTarget.setAttribute("aria-pressed", String(muted));
-    set();
-    if (muted) fingertips.close();
-  });
+  part("silence").addEventListener("click", () => mute(fingertips));
   part("rescale").addEventListener("click", () => {
     fingertips.rescale();
     tellLimited(0, fingertips);
@@ -214,71 +210,31 @@ function followSize(room, viewpoint) {
   const view = part("view");
   const fit = () => {
     room.fit(view.parentElement.clientWidth, view.parentElement.clientHeight, devicePixelRatio);
-    viewpoint.fit(room.layout, room.camera);
+    viewpoint.fit(room.layout, room.camera, room.tall);
     changed();
   };
   new ResizeObserver(() => shown.session || fit()).observe(view.parentElement);
   room.refit = fit;
   fit();
+  return fit;
 }
 
-function followHeadset(room, fingertips, motors) {
-  const button = part("enter");
-  const look = async () => {
-    const why = await whyNoHeadset();
-    button.disabled = Boolean(why);
-    part("why").textContent = why;
-  };
-  look();
-  navigator.xr?.addEventListener?.("devicechange", look);
-  button.addEventListener("click", async () => {
-    if (shown.session) {
-      shown.session.end();
-      return;
-    }
-    button.disabled = true;
+/** Adds the object of a file that the user chooses. */
+function followObject({ room, swatches, keys, refit }) {
+  part("object").addEventListener("change", async ({ target }) => {
+    const [file] = target.files;
+    target.value = "";
+    if (!file) return;
     try {
-      beginSound();
-      const { session, floor } = await enter(room.renderer);
-      motors.follow(session);
-      session.addEventListener("end", () => motors.follow(null));
-      shown.session = followSession(session, floor, room, fingertips, button);
-      button.textContent = "Leave VR";
+      const { addObject } = await import("./vr/own_object.js");
+      const added = await addObject(room, swatches, file);
+      for (const swatch of added) keys.add(swatch);
+      say(`${file.name}: ${added.length} ${added.length === 1 ? "part" : "parts"} can be touched.`);
+      refit();
     } catch (error) {
-      say(`The headset session did not start: ${error.message}`);
+      say(error.message);
     }
-    button.disabled = false;
   });
-}
-
-/** Returns {tips(frame): the fingertips in a frame, end(): ends the session}. */
-function followSession(session, floor, room, fingertips, button) {
-  let placed = null;
-  room.floor.visible = floor;
-  fingertips.close();
-  session.addEventListener("visibilitychange", () => session.visibilityState === "visible" || fingertips.close());
-  session.addEventListener("end", () => {
-    shown.session = null;
-    fingertips.close();
-    room.useDesktop();
-    room.refit();
-    button.textContent = "Enter VR";
-    button.focus();
-  });
-  const tips = (frame) => {
-    const space = room.renderer.xr.getReferenceSpace();
-    if (placed !== space) {
-      const head = frame.getViewerPose(space);
-      if (!head) return [];
-      room.stand(placeBefore(head.transform, floor));
-      space.addEventListener?.("reset", () => (placed = null));
-      placed = space;
-    }
-    return readTips(session, frame, space).map((tip) => {
-      return { ...tip, centre: room.onTable(tip.centre), ahead: room.onTable(tip.ahead) };
-    });
-  };
-  return { tips, end: () => session.end() };
 }
 
 begin().catch((error) => {

@@ -5,6 +5,7 @@ touched first, before the safety limiter. Harmonics are marked at multiples of s
 Limits: the contact is drawn at the load of the scene, not at that of a pen. */
 
 import { byId } from "../dom.js";
+import { mountToolbars } from "../plots/toolbar.js";
 import { call } from "../service.js";
 import { ContactSideView } from "../views/contact_side_view.js";
 import { Spectrum } from "../views/spectrum.js";
@@ -39,6 +40,7 @@ export class LiveViews {
     this.waveform = new Waveform(byId("waveform"));
     this.spectrum = new Spectrum(byId("spectrum"));
     this.contact = new ContactSideView(byId("contact"));
+    this.plots = mountToolbars(this);
     session.addEventListener("ready", ({ detail }) => this.#warm(detail.ready), { once: true });
     session.addEventListener("block", ({ detail }) => this.#hear(detail));
   }
@@ -71,6 +73,7 @@ export class LiveViews {
     const all = [...touches.values()].filter(({ position }) => position !== undefined);
     const across = (y) => 0.5 - y / (this.surface.metresPerPixel * this.surface.panel.height);
     this.surface.touch(all.map(({ position, y = 0 }) => ({ position, across: across(y) })));
+    this.plots.touch(all.length > 0);
     clearTimeout(this.#still);
     if (all.length) this.#still = setTimeout(() => this.spectrum.mark([]), STILL);
     else this.spectrum.mark([]);
@@ -93,21 +96,23 @@ export class LiveViews {
     this.spectrum.threshold(this.threshold);
   }
 
-  #hear({ unlimited: samples, ready, finger }) {
+  #hear({ frame, unlimited: samples, ready, finger }) {
     if (finger !== (this.session.fingers.find(({ touching }) => touching) ?? this.session.fingers[0])) return;
     const { channels, quantities, full_scale: scale, sample_rate: rate } = ready;
     const one = channels === 1 ? samples : samples.filter((_, index) => index % channels === 0);
     byId("waveform").closest(".views").classList.add("live");
     clearTimeout(this.#ended);
     this.#ended = setTimeout(() => this.#rest(), ENDED);
+    this.plots.hear({ frame, frames: one.length, ready, finger });
     this.#draw(one, scale[0], quantities[0], rate);
+    this.plots.follower?.(one, scale[0], quantities[0], rate);
   }
 
   /** Shows silence, once no finger sounds any more: the service sends no blocks of silence. */
   #rest() {
     const sounds = this.session.fingers.some(({ touching, connection }) => touching && connection.state === "live");
     if (sounds) this.#ended = setTimeout(() => this.#rest(), ENDED);
-    else for (const view of [this.waveform, this.spectrum]) view.rest();
+    else for (const view of [this.waveform, this.spectrum, this.plots]) view.rest();
   }
 
   /** Draws silence before the sound begins: the first drawing is slow and would interrupt the sound. */

@@ -139,12 +139,20 @@ export class AccuracyControl extends EventTarget {
       make("li", {}, make("i.ring"), "the plan’s choice"),
       make("li", {}, make("i.front"), "Pareto front: no other method is both more accurate and cheaper"),
     );
+    const tools = make("div.plot-toolbar", { "data-plot": "error", role: "group", "aria-label": "Tools of the plot" });
+    const plot = make("div.error-plot-room", {}, svg);
     this.figure.replaceChildren(
-      svg,
+      tools,
+      plot,
       legend,
       make("details", {}, make("summary", {}, "All methods as a table"), tableOf(measured)),
     );
-    new ResizeObserver(() => drawErrorPlot(svg, measured)).observe(svg);
+    const shown = { svg, axes: null, window: null };
+    shown.draw = () => {
+      shown.axes = drawErrorPlot(svg, measured, shown.window);
+    };
+    new ResizeObserver(shown.draw).observe(svg);
+    import("./error_plot_tools.js").then(({ mountErrorTools }) => mountErrorTools(tools, shown, measured));
   }
 
   #choices() {

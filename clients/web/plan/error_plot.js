@@ -62,10 +62,11 @@ function feltError(document) {
   );
 }
 
-/** Draws into `svg`, at its present size on the page. */
-export function drawErrorPlot(svg, document) {
+/** Draws into `svg`, at its present size on the page. window: {across, up}: [low, high] of what is shown; absent: all.
+ *  Returns {box, across, up}, its axes; null without a size. */
+export function drawErrorPlot(svg, document, window = null) {
   const { width, height } = svg.getBoundingClientRect();
-  if (!width) return;
+  if (!width) return null;
   svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
   svg.replaceChildren();
   const box = { left: 58, right: width - 14, top: 30, bottom: height - 42 };
@@ -74,8 +75,10 @@ export function drawErrorPlot(svg, document) {
   const errors = document.methods.map((row) => row.max_error).filter((error) => error > 0);
   const low = 10 ** Math.floor(Math.log10(Math.min(ROUNDING, ...errors) / 3));
   const highest = Math.max(10, decade(Math.max(...costs) * 1.5, Math.ceil));
-  const across = logAxis(decade(Math.min(...costs) / 1.5, Math.floor), highest, box.left, box.right, "s", 56);
-  const up = logAxis(low, Math.max(1, 2 * Math.max(...errors)), box.bottom, box.top, "", 24);
+  const [least, most] = window?.across ?? [decade(Math.min(...costs) / 1.5, Math.floor), highest];
+  const across = logAxis(least, most, box.left, box.right, "s", 56);
+  const [bottom, top] = window?.up ?? [low, Math.max(1, 2 * Math.max(...errors))];
+  const up = logAxis(bottom, top, box.bottom, box.top, "", 24);
   const place = (row) => [across.place(costOf(document, row)), up.place(Math.max(row.max_error, low))];
   const series = seriesOf(document);
   const labels = new Labels(
@@ -84,7 +87,8 @@ export function drawErrorPlot(svg, document) {
     series.flatMap(({ rows }) => dotted(rows.map(place))),
   );
   drawFrame(svg, box, across, up);
-  drawFront(svg, document, place);
+  const inside = add(svg, "g", window ? { "clip-path": clipOf(svg, box) } : {});
+  drawFront(inside, document, place);
   drawLevel(svg, labels, [box.left, up.place(ROUNDING)], [box.right, up.place(ROUNDING)], "float32 rounding");
   const felt = feltError(document);
   if (felt > low && felt < 1) {
@@ -94,13 +98,22 @@ export function drawErrorPlot(svg, document) {
     drawLevel(svg, labels, [box.left, up.place(tolerance)], [box.right, up.place(tolerance)], `tolerance ${tolerance}`);
   }
   drawLevel(svg, labels, [across.place(1), box.bottom], [across.place(1), box.top], "real time");
-  for (const one of series) drawSeries(svg, one, place);
-  drawChosen(svg, labels, document, place);
+  for (const one of series) drawSeries(inside, one, place);
+  drawChosen(inside, labels, document, place);
   for (const one of series) {
     for (const row of new Set([one.rows.at(-1), one.rows[0]])) {
-      if (row.method !== document.chosen) labels.put(sizeOf(row.method), place(row), `size family-${one.family}`);
+      if (row.method !== document.chosen && labels.holds(place(row)))
+        labels.put(sizeOf(row.method), place(row), `size family-${one.family}`);
     }
   }
+  return { box, across, up };
+}
+
+/** Adds a clip to `box`; returns its reference. */
+function clipOf(svg, { left, top, right, bottom }) {
+  const clip = add(svg, "clipPath", { id: "error-plot-box" });
+  add(clip, "rect", { x: left, y: top, width: right - left, height: bottom - top });
+  return "url(#error-plot-box)";
 }
 
 /** Returns the text alternative of the plot: the method of the plan and the most accurate one. */
@@ -154,6 +167,7 @@ function drawSeries(svg, { family, open, rows }, place) {
 }
 
 function drawLevel(svg, labels, from, to, words) {
+  if (!labels.holds(from) || !labels.holds(to)) return;
   add(svg, "path", { class: "level", d: `M${from}L${to}` });
   const upright = from[0] === to[0];
   const place = upright ? [from[0], to[1] + 8] : [to[0] + 4, from[1]];
@@ -179,7 +193,7 @@ function drawChosen(svg, labels, document, place) {
   if (!chosen) return;
   const [cx, cy] = place(chosen);
   add(svg, "circle", { class: "ring", cx, cy, r: 7.5 });
-  labels.put("the plan’s choice", [cx, cy], "chosen", PLACES, 10);
+  if (labels.holds([cx, cy])) labels.put("the plan’s choice", [cx, cy], "chosen", PLACES, 10);
 }
 
 /** Labels that overlap neither points nor each other. */
@@ -210,6 +224,12 @@ class Labels {
       }
     }
     label.remove();
+  }
+
+  /** Whether a place is in the box. */
+  holds([x, y]) {
+    const { left, top, right, bottom } = this.#box;
+    return x >= left - 1 && x <= right + 1 && y >= top - 1 && y <= bottom + 1;
   }
 
   /** Keeps later labels away from `points`. */

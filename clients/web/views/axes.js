@@ -8,7 +8,7 @@ export function roundBelow(size) {
   return power * [5, 2, 1].find((step) => step * power <= size * (1 + 1e-9));
 }
 
-/** Returns a linear axis {place(value): px, low, high, ticks: [{value, label, main}], unit} with at most `most` ticks.
+/** Returns a linear axis {place(value): px, low, high, ticks: [{value, label, main}], unit, log} with at most `most` ticks.
  *  */
 export function linearAxis(low, high, from, to, unit, most = 5) {
   const step = roundAbove((high - low) / most);
@@ -23,6 +23,7 @@ export function linearAxis(low, high, from, to, unit, most = 5) {
     high,
     ticks,
     unit: prefix + unit,
+    log: false,
     place: (value) => from + ((value - low) / (high - low)) * (to - from),
   };
 }
@@ -46,6 +47,7 @@ export function logAxis(low, high, from, to, unit, apart = 18) {
     high,
     ticks,
     unit,
+    log: true,
     place: (value) => from + (Math.log(value / low) / Math.log(high / low)) * (to - from),
   };
 }

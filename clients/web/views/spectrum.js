@@ -35,6 +35,13 @@ export class Spectrum {
     /** The last drawing: {frequencies (Hz), amplitudes (SI), threshold: [[Hz, SI]], marks: [{frequency, x, label}],
      * largest: {frequency, amplitude}}. */
     this.drawn = null;
+    /** The axes of the last drawing: {box, across, up}; null before it. */
+    this.axes = null;
+  }
+
+  /** Frames of a transform; 0 before any samples. */
+  get size() {
+    return this.#transform?.size ?? 0;
   }
 
   /** Adds samples of one channel, 1.0 = full scale. fullScale: SI value of 1.0. rate: Hz. */
@@ -89,6 +96,7 @@ export class Spectrum {
     const { low, high } = this.#range(across, largest.amplitude);
     const up = logAxis(low, high, box.bottom, box.top, quantityOf(this.quantity).unit, 20);
     const marks = this.#marks(across);
+    this.axes = { box, across, up };
     const key = [low, high, this.quantity, this.#threshold?.name, marks.map((mark) => mark.x.toFixed(1))].join();
     panel.layer(key, () => this.#drawFrame(box, across, up, marks));
     const trace = this.#trace(amplitudes, across, up, box);
@@ -242,11 +250,7 @@ export class Spectrum {
   #tell() {
     const { largest } = this.drawn;
     const { unit, name } = quantityOf(this.quantity);
-    const frequencies = this.levels.map(([frequency]) => frequency);
-    const threshold = between(
-      this.levels.map(([, level]) => level),
-      placeIn(frequencies, largest.frequency),
-    );
+    const threshold = levelAt(this.levels, largest.frequency);
     const level = 20 * Math.log10(largest.amplitude / threshold);
     const beside = threshold
       ? `, ${Math.abs(level).toFixed(0)} dB ${level < 0 ? "below" : "above"} the detection threshold`
@@ -258,6 +262,15 @@ export class Spectrum {
             `${inWords(largest.frequency, "Hz")}${beside}.`,
     );
   }
+}
+
+/** Returns the level at a frequency (Hz) of a curve [[Hz, level]], interpolated logarithmically; 0 outside. */
+export function levelAt(levels, frequency) {
+  const frequencies = levels.map(([one]) => one);
+  return between(
+    levels.map(([, level]) => level),
+    placeIn(frequencies, frequency),
+  );
 }
 
 /** Returns the value at an index with a fraction, interpolated logarithmically; 0 outside. */

@@ -37,6 +37,21 @@ export class Waveform {
     /** The last drawing: `times` (s) and `values` (SI) of the trace, `peak` and `range` (SI), `begin` (frame), `span`
      *  (s). */
     this.drawn = null;
+    /** The axes of the last drawing: {box, across, up}; null before it. */
+    this.axes = null;
+  }
+
+  /** The newest samples, SI, with their rate, Hz; the frame among them at which the trace begins, and the span, s. */
+  get kept() {
+    const { rate, quantity, fullScale, span } = this;
+    const length = Math.min(this.#written, this.#kept.length);
+    const first = this.#written - length;
+    const samples = Float64Array.from(
+      { length },
+      (_, index) => this.#kept[(first + index) % this.#kept.length] * fullScale,
+    );
+    const begin = Math.max(0, (this.drawn?.begin ?? first) - first);
+    return { samples, rate, quantity, fullScale, begin, span };
   }
 
   /** Adds samples of one channel, 1.0 = full scale. fullScale: SI value of 1.0. rate: Hz. */
@@ -145,6 +160,7 @@ export class Waveform {
     const across = linearAxis(0, this.span, box.left, box.right, "s", Math.max(2, panel.width / 110));
     const up = linearAxis(-range, range, box.bottom, box.top, quantity.unit, Math.max(3, panel.height / 45));
     const note = noteOf(peak, by);
+    this.axes = { box, across, up };
     panel.layer(`${range} ${this.span} ${this.quantity} ${note}`, () => this.#drawFrame(box, across, up, by, note));
     const count = Math.min(Math.floor(this.span * this.rate), this.#written - 1);
     this.#trace(begin, count, across, up, box);

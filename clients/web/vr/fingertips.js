@@ -2,7 +2,7 @@
 
 Model: a fingertip keeps its id from frame to frame. A fingertip that is missing in a frame is lifted and hidden. */
 
-import { FingertipContact } from "./contact_model.js";
+import { FingertipContact, STIFFNESS } from "./contact_model.js";
 import { FingertipStream } from "./fingertip_stream.js";
 import { directionOf } from "./tracked_fingertips.js";
 
@@ -22,6 +22,10 @@ export class Fingertips {
   constructor({ room, swatches, open, onBlock, onLift, onProblem, onLimited }) {
     Object.assign(this, { room, swatches, open, onBlock, onLift, onProblem, onLimited });
     this.known = new Map();
+    /** Swatches beside which a fingertip presses: it touches nothing there. */
+    this.beside = new Set();
+    /** Load per depth of a fingertip (N/m). */
+    this.stiffness = STIFFNESS;
   }
 
   /**
@@ -33,11 +37,13 @@ export class Fingertips {
   step(tips, time) {
     const touches = [];
     const present = new Set();
+    this.beside = new Set();
     for (const tip of tips) {
       present.add(tip.id);
       const hand = this.#hand(tip);
       const { x, y, z } = tip.centre;
-      const under = hand.follower.follow({ x, y: y - tip.radius, z });
+      const under = hand.follower.follow({ x, y: y - tip.radius, z }, this.stiffness);
+      if (hand.follower.beside !== null) this.beside.add(hand.follower.beside);
       hand.stream.follow(under, time, tip.ahead && directionOf(tip.centre, tip.ahead));
       if (under && under.load > 0) touches.push(under);
       else if (hand.touched) this.onLift(hand.name);
@@ -45,7 +51,7 @@ export class Fingertips {
       this.room.showTip(tip.id, tip, under ? under.load : 0);
     }
     for (const [id, hand] of this.known) if (!present.has(id)) this.#lose(id, hand, time);
-    this.room.light(new Set(touches.map(({ index }) => index)));
+    this.room.light(new Set(touches.map(({ index }) => index)), this.beside);
     return touches;
   }
 

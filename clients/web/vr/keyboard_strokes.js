@@ -5,7 +5,7 @@ stroke ends at the end of the swatch or when the key is released. The fingertip 
 had the focus for REST: the streams of swatches that the focus only passes are not opened. */
 
 import { LENGTH, WIDTH } from "./table_layout.js";
-import { MOST_LOAD, depthOf } from "./contact_model.js";
+import { MOST_LOAD, STIFFNESS, depthOf } from "./contact_model.js";
 
 const SPEED = 0.08; // m/s, default of a scene
 const HOVER = 0.006; // m over the swatch without a touch
@@ -22,7 +22,7 @@ export class KeyboardStrokes {
    * @param {() => void} onChange
    */
   constructor(list, swatches, places, onChange) {
-    Object.assign(this, { places, onChange });
+    Object.assign(this, { list, places, onChange, stiffness: STIFFNESS });
     this.index = null;
     this.along = 0;
     this.load = FIRST_LOAD;
@@ -30,6 +30,11 @@ export class KeyboardStrokes {
     this.rested = 0; // s since the focus came
     this.buttons = swatches.map((swatch, index) => this.#button(list, swatch, index));
     window.addEventListener("blur", () => this.#stop());
+  }
+
+  /** Adds the button of a further swatch, whose place is in the places already. */
+  add(swatch) {
+    this.buttons.push(this.#button(this.list, swatch, this.buttons.length));
   }
 
   #button(list, { title, words }, index) {
@@ -54,14 +59,20 @@ export class KeyboardStrokes {
    *  (s) */
   point(passed) {
     if (this.index === null) return null;
-    const end = LENGTH / 2 - EDGE;
+    const { length = LENGTH, width = WIDTH } = this.places[this.index];
+    const end = length / 2 - EDGE;
     this.along = Math.min(end, Math.max(-end, this.along + this.direction * SPEED * passed));
     if (Math.abs(this.along) === end && Math.sign(this.along) === this.direction) this.direction = 0;
     if (this.rested < REST) this.onChange();
     this.rested += passed;
     const over = this.rested < REST ? AWAY : HOVER;
     const { x, z } = this.places[this.index];
-    return { x: x + this.along, y: this.direction ? -depthOf(this.load) : over, z: z + WIDTH / 6 };
+    return { x: x + this.along, y: this.direction ? -depthOf(this.load, this.stiffness) : over, z: z + width / 6 };
+  }
+
+  /** Multiplies the load of the strokes. */
+  scaleLoad(factor) {
+    this.load = Math.min(MOST_LOAD, Math.max(LOAD_STEP, this.load * factor));
   }
 
   #focus(index) {

@@ -9,6 +9,7 @@ const CELL = { width: 768, height: Math.round((768 * LABEL) / LENGTH) }; // px o
 const COLUMNS = 2;
 const SIZES = [54, 46, 46]; // pixels, of each line
 const BASELINES = [56, 122, 182]; // pixels from the top of a cell
+const LARGE = { size: 84, baselines: [84, 176] }; // pixels, for a small picture: the title alone, in two lines
 const BEHIND = 0.004; // m between a swatch and its label
 const OVER_BOARD = 5e-4; // m, enough for the depth buffer to separate label and board
 
@@ -17,9 +18,10 @@ const OVER_BOARD = 5e-4; // m, enough for the depth buffer to separate label and
  * @param {{title: string, wave: number, rough: boolean, height: number}[]} swatches lengths in m
  * @param {{x: number, z: number}[]} places centres of the swatches (m)
  * @param {{ink: string, faint: string}} colours CSS colours of the first line and of the others
+ * @param {boolean} large whether the title alone is written, in large letters
  * @returns {Mesh} in coordinates of the table
  */
-export function labelMesh(three, swatches, places, { ink, faint }) {
+export function labelMesh(three, swatches, places, { ink, faint }, large = false) {
   const rows = Math.max(1, Math.ceil(swatches.length / COLUMNS));
   const picture = document.createElement("canvas");
   picture.width = CELL.width * COLUMNS;
@@ -28,12 +30,14 @@ export function labelMesh(three, swatches, places, { ink, faint }) {
   const [positions, places2d, corners] = [[], [], []];
   swatches.forEach((swatch, index) => {
     const [column, row] = [index % COLUMNS, Math.floor(index / COLUMNS)];
-    labelLines(swatch).forEach((line, number) => {
-      const font = (size) => `${number ? "" : "600 "}${size}px system-ui, sans-serif`;
-      pen.font = font(SIZES[number]);
-      pen.font = font(SIZES[number] * Math.min(1, (CELL.width - 8) / pen.measureText(line).width));
-      pen.fillStyle = number ? faint : ink;
-      pen.fillText(line, column * CELL.width, row * CELL.height + BASELINES[number]);
+    const lines = labelLines(swatch);
+    const baselines = large ? LARGE.baselines : BASELINES;
+    (large ? wrapped(pen, lines[0]) : lines).forEach((line, number) => {
+      const size = large ? LARGE.size : SIZES[number];
+      pen.font = fontOf(size, large || !number);
+      pen.font = fontOf(size * Math.min(1, (CELL.width - 8) / pen.measureText(line).width), large || !number);
+      pen.fillStyle = number && !large ? faint : ink;
+      pen.fillText(line, column * CELL.width, row * CELL.height + baselines[number]);
     });
     const [u, v] = [column / COLUMNS, 1 - row / rows];
     places2d.push(u, v, u + 1 / COLUMNS, v, u, v - 1 / rows, u + 1 / COLUMNS, v - 1 / rows);
@@ -53,4 +57,15 @@ export function labelMesh(three, swatches, places, { ink, faint }) {
   texture.colorSpace = three.SRGBColorSpace;
   texture.anisotropy = 8;
   return new three.Mesh(geometry, new three.MeshBasicMaterial({ map: texture, transparent: true, depthWrite: false }));
+}
+
+const fontOf = (size, bold) => `${bold ? "600 " : ""}${size}px system-ui, sans-serif`;
+
+/** Returns `text` in at most two lines, the first as long as fits. */
+function wrapped(pen, text) {
+  pen.font = fontOf(LARGE.size, true);
+  const words = text.split(" ");
+  let first = words.shift();
+  while (words.length && pen.measureText(`${first} ${words[0]}`).width < CELL.width - 8) first += ` ${words.shift()}`;
+  return [first, words.join(" ")].filter(Boolean);
 }

@@ -8,7 +8,7 @@ Limits: no shadows except a dot under each fingertip; some 20 draw calls. */
 import { labelMesh } from "./labels.js";
 import { areaRelief } from "./area_relief.js";
 import { relief } from "./relief.js";
-import { LENGTH, RAISED, WIDTH, layTable, magnification } from "./table_layout.js";
+import { COLUMNS, LENGTH, MARGIN, RAISED, WIDTH, layTable, magnification } from "./table_layout.js";
 import { FingertipMesh, TOUCHED } from "./fingertip_mesh.js";
 
 const FIELD_OF_VIEW = 40; // degrees, vertical, on a desktop
@@ -21,6 +21,7 @@ const LOOKS = {
   dark: { air: 0x171c22, floor: 0x1e252d, board: 0x3a444f, ink: "#eef2f5", faint: "#b3bec9", sky: 0xb9c6d6, sun: 1.5 },
 };
 const FINE = 0xe0b98a; // colour of the finest swatch,
+const HINT = 0xe8590c; // colour of the swatch that is nearest to a fingertip beside it
 const COARSE = 0x86a9bd; // and of the coarsest; interpolated by rank
 
 export class Room {
@@ -30,13 +31,16 @@ export class Room {
    * @param {{title: string, period: number, wave: number, rough: boolean, height: number, heights: number[], area?:
    *   number[][], across?: number}[]} swatches lengths in m; heights of one period, and rows of them over an area
    * @param {"light" | "dark"} look
+   * @param {boolean} tall whether the picture is taller than wide, as on a phone: fewer columns, larger labels
    */
-  constructor(three, canvas, swatches, look) {
+  constructor(three, canvas, swatches, look, tall = false) {
     this.three = three;
     this.renderer = new three.WebGLRenderer({ canvas, antialias: true });
     this.renderer.xr.enabled = true;
     this.camera = new three.PerspectiveCamera(FIELD_OF_VIEW, 1, 0.02, 20);
-    this.layout = layTable(swatches.length);
+    const own = swatches.filter((swatch) => swatch.own).length;
+    this.tall = tall;
+    this.layout = layTable(swatches.length, own, tall ? COLUMNS.tall : COLUMNS.wide);
     this.tips = new Map();
     const colours = LOOKS[look];
     this.scene = new three.Scene();
@@ -52,7 +56,15 @@ export class Room {
     this.stand(ON_DESKTOP);
     this.#board(colours);
     this.swatches = swatches.map((swatch, index) => this.#swatch(swatch, index, swatches.length));
-    this.table.add(labelMesh(three, swatches, this.layout.places, colours));
+    this.table.add(labelMesh(three, swatches, this.layout.places, colours, tall));
+    this.colours = colours;
+  }
+
+  /** Returns the ray {origin, direction} (Vector3, world) at a place of the canvas, -1 to 1 to the right and upwards. */
+  rayAt(x, y) {
+    const caster = new this.three.Raycaster();
+    caster.setFromCamera(new this.three.Vector2(x, y), this.camera);
+    return caster.ray;
   }
 
   /** Places the table. @param {{x: number, y: number, z: number, yaw: number}} place middle (m) and turn (rad) */
@@ -91,6 +103,17 @@ export class Room {
     return mesh;
   }
 
+  /** Adds an object beside the table: Meshes in coordinates of the table, whose tops are in its plane. touchable: those that
+   *  are swatches, with their places {x, z, length, width} (m). right: the right edge of the object (m). */
+  addObject(meshes, touchable, right) {
+    for (const mesh of meshes) this.table.add(mesh);
+    for (const { mesh, place } of touchable) {
+      this.swatches.push(mesh);
+      this.layout.places.push(place);
+    }
+    this.layout.width = Math.max(this.layout.width, 2 * (right + MARGIN));
+  }
+
   /** @param {{x, y, z}} point in the world (m) @returns {{x, y, z}} in coordinates of the table (m) */
   onTable({ x, y, z }) {
     return this.table.worldToLocal(new this.three.Vector3(x, y, z));
@@ -102,10 +125,9 @@ export class Room {
    * @returns {{x: number, z: number} | null} the point of the table that is visible there (m)
    */
   under(x, y) {
-    const ray = new this.three.Raycaster();
-    ray.setFromCamera(new this.three.Vector2(x, y), this.camera);
-    const from = this.table.worldToLocal(ray.ray.origin.clone());
-    const to = this.table.worldToLocal(ray.ray.at(1, new this.three.Vector3()));
+    const ray = this.rayAt(x, y);
+    const from = this.table.worldToLocal(ray.origin.clone());
+    const to = this.table.worldToLocal(ray.at(1, new this.three.Vector3()));
     if (from.y * (from.y - to.y) <= 0) return null;
     const share = from.y / (from.y - to.y);
     return { x: from.x + share * (to.x - from.x), z: from.z + share * (to.z - from.z) };
@@ -126,10 +148,12 @@ export class Room {
     this.tips.get(id).show(tip, load);
   }
 
-  /** @param {Set<number>} touched swatches to light up */
-  light(touched) {
+  /** @param {Set<number>} touched swatches to light up @param {Set<number>} beside swatches to which a fingertip beside
+   *  them is led */
+  light(touched, beside = new Set()) {
     this.swatches.forEach(({ material }, index) => {
-      material.emissive.setHex(touched.has(index) ? TOUCHED : 0);
+      const lit = touched.has(index) ? TOUCHED : 0;
+      material.emissive.setHex(!lit && beside.has(index) ? HINT : lit);
       material.emissiveIntensity = 0.35;
     });
   }

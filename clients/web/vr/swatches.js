@@ -14,10 +14,10 @@ const AREA = 128; // heights per side of an area
 const FELT = { low: 10, high: 1000 }; // Hz, range of vibration that a fingertip feels
 
 /**
- * @returns {Promise<{name: string, title: string, scene: object, period: number, wave: number, rough: boolean,
+ * @returns {Promise<{name: string, title: string, own: boolean, scene: object, period: number, wave: number, rough: boolean,
  *   height: number, heights: number[], area?: number[][], across?: number, words: string}[]>} those of the catalogue, the
  *   finest first, then the imported ones; period, typical wave, height from valley to crest, and heights of one period
- *   in m; of a texture over an area also rows of heights, and the period across
+ *   in m; own: whether it was imported; of a texture over an area also rows of heights, and the period across
  */
 export async function loadSwatches() {
   const { textures } = await call("GET", "/v1/textures");
@@ -53,6 +53,7 @@ async function picture({ name, title, stored, scene: textured }) {
   const wave = rough ? typicalWave(heights, period) : period;
   return {
     name,
+    own: Boolean(stored),
     title: stored ? name : title.replace(" um", " µm"),
     scene,
     period,

@@ -5,7 +5,8 @@ strokes, z towards the person; the origin is the middle of the table. A finger s
 mm of the texture. Only the drawing is magnified, because a ridge of 0.8 mm is less than two pixels of a headset at
 arm's length. The magnification is larger for finer textures. Heights are magnified HEIGHT_OVER_WIDTH times more than
 widths.
-Limits: at most 4 columns. */
+Imported textures have a row of their own in front.
+Limits: at most 4 columns; 2 where the picture is taller than wide. */
 
 import { byGroup } from "../textures/groups.js";
 
@@ -25,7 +26,8 @@ export const LABEL = 0.038;
 export const MARGIN = 0.04;
 /** Height of the tops of swatches over the board (m). */
 export const RAISED = 0.008;
-const COLUMNS = 4;
+/** Number of swatches in a row, in a wide and in a tall picture. */
+export const COLUMNS = { wide: 4, tall: 2 };
 const DRAWN_AT_1MM = 6e-3; // m: drawn length of a period of 1 mm, some ten pixels of a headset at arm's length
 const COMPRESSION = 0.35; // exponent of drawn period over period; 1 would keep ratios, 0 would draw all alike
 const HEIGHT_OVER_WIDTH = 3; // makes slopes of 0.02 to 0.12 visible in the light
@@ -63,22 +65,27 @@ export function chooseOwn(entries) {
 
 /**
  * @param {number} count number of swatches
+ * @param {number} own how many of them, the last ones, are imported
+ * @param {number} most swatches in a row
  * @returns {{places: {x: number, z: number}[], width: number, depth: number}} centres of the swatches, the finest at
- *   the
- *   far left, and the size of the board (m)
+ *   the far left, and the size of the board (m)
  */
-export function layTable(count) {
-  const rows = Math.max(1, Math.ceil(count / COLUMNS));
+export function layTable(count, own = 0, most = COLUMNS.wide) {
+  const rows = [...rowsOf(count - own, most), ...rowsOf(own, most)];
   const step = { x: LENGTH + GAP.x, z: WIDTH + GAP.z };
-  const places = [];
-  let columns = 1;
-  for (let row = 0; row < rows; row++) {
-    const inRow = Math.ceil((count - places.length) / (rows - row));
-    columns = Math.max(columns, inRow);
-    const z = (row - (rows - 1) / 2) * step.z - LABEL / 2;
-    for (let column = 0; column < inRow; column++) places.push({ x: (column - (inRow - 1) / 2) * step.x, z });
-  }
-  return { places, width: columns * step.x - GAP.x + 2 * MARGIN, depth: rows * step.z - GAP.z + LABEL + 2 * MARGIN };
+  const places = rows.flatMap((inRow, row) => {
+    const z = (row - (rows.length - 1) / 2) * step.z - LABEL / 2;
+    return Array.from({ length: inRow }, (_, column) => ({ x: (column - (inRow - 1) / 2) * step.x, z }));
+  });
+  const columns = Math.max(1, ...rows);
+  const depth = Math.max(1, rows.length) * step.z - GAP.z + LABEL + 2 * MARGIN;
+  return { places, width: columns * step.x - GAP.x + 2 * MARGIN, depth };
+}
+
+/** Returns the numbers of swatches in as few rows as possible, spread evenly. */
+function rowsOf(count, most) {
+  const rows = Math.ceil(count / most);
+  return Array.from({ length: rows }, (_, row) => Math.floor((count + rows - 1 - row) / rows));
 }
 
 /**

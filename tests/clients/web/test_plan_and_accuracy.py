@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
 from tests.clients.web.drawn_views import opened
+from tests.clients.web.exported_plots import SVG, exported, read_png, read_svg, scene_hash, value_of
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -171,3 +174,59 @@ def test_nothing_is_wider_than_the_screen(chromium: Browser, pictures_url: str, 
         page.wait_for_selector(".error-plot .ring")
         page.click("summary")
         assert page.evaluate("() => document.documentElement.scrollWidth") <= width
+
+
+@pytest.fixture
+def measured_plot(plain: Page, repository: Path) -> tuple[Page, dict[str, Any]]:
+    """Return a page with the plot of the default scene's measurement, and what the engine measured."""
+    measured = json.loads((repository / "docs/figures/accuracy-default/accuracy.json").read_text("utf-8"))
+    plain.evaluate("(measured) => views.accuracy.draw(measured)", measured)
+    plain.wait_for_selector(".plot-toolbar[data-plot=error] button")
+    plain.wait_for_selector(".error-plot .ring")
+    return plain, measured
+
+
+def test_the_files_of_the_plot_have_the_numbers_of_the_engine(measured_plot: tuple[Page, dict[str, Any]]) -> None:
+    page, measured = measured_plot
+    lines = exported(page, "error", "CSV").decode().splitlines()
+    notes = {name: json.loads(text) for name, _, text in (line[2:].partition(": ") for line in lines if line[0] == "#")}
+    rows = list(csv.DictReader(line for line in lines if line[0] != "#"))
+    assert notes["scene"] == measured["scene"] and notes["scene_sha256"] == scene_hash(measured["scene"])
+    assert [row["method"] for row in rows] == [row["method"] for row in measured["methods"]]
+    for row, wanted in zip(rows, measured["methods"], strict=True):
+        assert float(row["max_error"]) == wanted["max_error"]
+        assert float(row["setup_s"]) == wanted["setup_seconds"]
+        assert (row["chosen"] == "true") == (row["method"] == measured["chosen"])
+    document = exported(page, "error", "SVG")
+    header = read_svg(document)[0]
+    assert header["scene_sha256"] == notes["scene_sha256"]
+    points = [one for one in ElementTree.fromstring(document).iter(f"{SVG}circle") if "point" in one.get("class", "")]
+    errors = value_of(header["axes"]["up"], np.array([float(one.get("cy", "nan")) for one in points]))
+    told = {
+        (one.findtext(f"{SVG}title") or "").split(": error")[0]: value
+        for one, value in zip(points, errors, strict=True)
+    }
+    for wanted in measured["methods"]:
+        if wanted["max_error"] > header["axes"]["up"]["low"]:
+            assert told[wanted["method"]] == pytest.approx(wanted["max_error"], rel=1e-9)
+    assert read_png(exported(page, "error", "PNG"))[0] == notes
+
+
+def test_the_plot_is_read_and_zoomed_by_keys(measured_plot: tuple[Page, dict[str, Any]]) -> None:
+    page, measured = measured_plot
+    page.focus(".error-plot")
+    page.keyboard.press("Home")
+    page.keyboard.press("Home")
+    cost = [row["setup_seconds"] / measured["duration"] + row["seconds_per_second"] for row in measured["methods"]]
+    cheapest = measured["methods"][int(np.argmin(cost))]
+    page.wait_for_function(
+        "(words) => document.querySelector('.error-plot ~ .plot-status').textContent.startsWith(words)",
+        arg=f"{cheapest['method']}: error {cheapest['max_error']:.1e}".replace("e-0", "e-"),
+    )
+    place = "() => Number(document.querySelector('.error-plot .ring').getAttribute('cx'))"
+    before = page.evaluate(place)
+    page.keyboard.press("+")
+    assert page.evaluate(place) != before
+    page.focus(".error-plot")
+    page.keyboard.press("-")
+    assert page.evaluate(place) == pytest.approx(before)

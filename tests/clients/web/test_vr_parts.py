@@ -245,3 +245,10 @@ def test_the_relief_of_an_area_is_its_heights_at_their_places(functions: Page) -
         [-0.008] * ((len(points) - len(tops)) // 2)
     )
     outward_faces(mesh, points)
+
+
+@pytest.mark.parametrize("most", [4, 2])
+def test_imported_textures_lie_in_rows_of_their_own_in_front(functions: Page, most: int) -> None:
+    places = table(functions, f"table.layTable(given, 3, {most}).places", 12)
+    listed, own = places[:-3], places[-3:]
+    assert max(place["z"] for place in listed) < min(place["z"] for place in own)
