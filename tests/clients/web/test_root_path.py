@@ -15,6 +15,7 @@ import soundfile
 
 from tests.clients.web.browser import headless, watched
 from tests.clients.web.conftest import WIDE, link_to, loaded
+from tests.clients.web.form import tile
 from tests.clients.web.headset import DRAWING, at_the_table, three_folder
 from tests.clients.web.page_service import Breaker, serving_pages
 from tests.clients.web.test_page import started, stroke_pad
@@ -84,7 +85,7 @@ def test_the_page_plays_resumes_and_downloads_under_a_path_of_nginx(
         page.on("request", lambda request: asked.append(request.url))
         page.goto(url)
         loaded(page)
-        page.select_option("#texture", "grating-1mm-31um")
+        page.check(tile("grating-1mm-31um"))
         page.wait_for_function(PICTURE)
         started(page)
         stroke_pad(page)
