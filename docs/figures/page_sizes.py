@@ -9,13 +9,12 @@ has left its waveform, `stroke` is during a stroke of a finger.
 
 from __future__ import annotations
 
-import shutil
 import sys
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from docs.figures.pages import PATIENCE, SOLID, serving
+from docs.figures.pages import PATIENCE, SOLID, chromium, serving
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -37,13 +36,9 @@ def main(folder: Path, url: str | None = None) -> None:
     """Write the pictures into `folder`."""
     from playwright.sync_api import sync_playwright
 
-    chromium = shutil.which("chromium-headless-shell") or shutil.which("chromium")
-    if chromium is None:
-        raise SystemExit("Chromium is missing: install the Debian package chromium.")
     folder.mkdir(parents=True, exist_ok=True)
     with serving() if url is None else nullcontext(url) as address, sync_playwright() as playwright:
-        flags = [*SOLID, "--autoplay-policy=no-user-gesture-required"]
-        browser = playwright.chromium.launch(executable_path=chromium, args=flags)
+        browser = playwright.chromium.launch(executable_path=chromium(), args=[*SOLID])
         try:
             for screen in SCREENS:
                 for look in LOOKS:

@@ -14,6 +14,7 @@ const [FROM, TO] = [
 ]; // places of the light before and after its drift, parts of the height of the pad
 const DRIFT = 4500; // ms
 const [SLOW, FEWEST] = [45, 8]; // ms between pictures of the screen, over so many, with which a relief becomes coarser
+const MEASURED = 12; // pictures, at least, by which the pace is known
 const COARSE = 0.5; // of the resolution of the device, where its drawing is slow
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 
@@ -100,7 +101,7 @@ export class Relief {
     const now = performance.now();
     const pace = now - this.#last;
     this.#last = now;
-    if (this.#fineness < 1 || pace > 500) return;
+    if (this.#fineness < 1 || !this.drawn) return;
     this.#paces = [...this.#paces, pace].slice(-FEWEST);
     if (this.#paces.length < FEWEST || this.#paces.some((one) => one < SLOW)) return;
     this.#fineness = COARSE;
@@ -118,14 +119,15 @@ export class Relief {
   }
 
   #drift() {
-    this.#began = performance.now();
-    if (calm.matches) return;
+    this.#began = this.#last = performance.now();
+    let pictures = 0;
     const step = () => {
-      const part = Math.min(1, (performance.now() - this.#began) / DRIFT);
+      const part = calm.matches ? 1 : Math.min(1, (performance.now() - this.#began) / DRIFT);
       const eased = part * part * (3 - 2 * part);
       this.#light = FROM.map((from, axis) => from + eased * (TO[axis] - from));
+      this.#pace();
       this.#draw();
-      if (part < 1) requestAnimationFrame(step);
+      if (part < 1 || ++pictures < MEASURED) requestAnimationFrame(step);
     };
     step();
   }
@@ -133,7 +135,6 @@ export class Relief {
   #draw() {
     const { drawn: view } = this;
     if (!view?.width || !this.#shape) return;
-    this.#pace();
     const { width, height, metresPerPixel, inset } = view;
     const ratio = this.#ratio;
     this.#set(view.colours);

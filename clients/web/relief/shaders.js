@@ -16,6 +16,7 @@ export const FRAGMENT = `#version 300 es
 precision highp float;
 precision highp sampler2D;
 const int SHADOW_STEPS = 10;
+const float BIAS = 0.8; // levels coarser than the pixel: means over squares leave stripes of ridges near two pixels
 uniform sampler2D heights; // (height 0 to 1, slope x, slope y, mean square of the slopes)
 uniform sampler2D skin; // heights of the finger over its length, m
 uniform vec2 origin, size; // of the quad, device pixels
@@ -48,7 +49,7 @@ float shadowOf(vec2 place, float height, vec3 towards, float level) {
 vec3 surface(vec2 place, vec2 part, out float level) {
   vec2 texel = vec2(textureSize(heights, 0)) / period * scale;
   level = max(0.0, log2(max(texel.x, texel.y)));
-  vec4 here = texture(heights, place / period);
+  vec4 here = texture(heights, place / period, BIAS);
   vec3 normal = normalize(vec3(-gain * here.gb, 1.0));
   vec3 towards = normalize(light - vec3(part, 0.0));
   float rough = sqrt(max(0.0, here.a - dot(here.gb, here.gb))) * gain;

@@ -12,7 +12,7 @@ from PIL import Image
 
 from service.compute.import_process import Imports
 from tests.clients.web.browser import visited
-from tests.clients.web.conftest import WIDE, link_to, loaded
+from tests.clients.web.conftest import DRAWER, WIDE, link_to, loaded
 from tests.clients.web.form import CHOSEN, tile
 from tests.clients.web.test_accessibility import NARROW, violations
 from tests.clients.web.test_page import stroke_pad, told
@@ -49,6 +49,7 @@ def page(kept_touch_page: Page, service: Running, monkeypatch: pytest.MonkeyPatc
     with visited(kept_touch_page, service.url + link_to({})) as watch:
         watch.allow(REFUSED)
         loaded(kept_touch_page)
+        kept_touch_page.evaluate(DRAWER)
         yield kept_touch_page
     kept_touch_page.set_viewport_size(WIDE)
     for texture in stored(service):
@@ -205,6 +206,7 @@ def test_a_texture_is_renamed_and_deleted_where_it_is_described(page: Page, serv
     imported(service, "wool", "7 um")
     page.reload()
     loaded(page)
+    page.evaluate(DRAWER)
     page.check(tile("cloth"))
     page.click("#texture-sources summary")
     page.wait_for_function("() => document.querySelector('#texture-sources').textContent.includes('14.14 µm')")
@@ -234,6 +236,7 @@ def test_a_link_to_a_name_shows_the_surface_in_menu_and_form(page: Page, service
     page.goto(service.url + link_to({"texture": {"kind": "cloth", "phase": "1 rad"}}))
     page.reload()
     loaded(page)
+    page.evaluate(DRAWER)
     assert page.evaluate(SCENE) == {"texture": {**scene["texture"], "phase": "1 rad"}}
     assert page.evaluate(CHOSEN) == "cloth"
     shown = "(id) => { const one = document.getElementById(id); return one.selectedOptions?.[0].text ?? one.value; }"
@@ -250,6 +253,7 @@ def test_a_sinusoid_can_be_chosen_after_an_imported_texture_and_each_choice_is_u
     imported(service, "cloth", "5 um")
     page.reload()
     loaded(page)
+    page.evaluate(DRAWER)
     page.check(tile("cloth"))
     cloth = page.evaluate(SCENE)
     page.check(tile("sinusoid"))
