@@ -31,8 +31,10 @@ WIDTH, HEIGHT = 1280, 800  # pixels
 LARGEST = 200_000  # bytes of a picture: a reader's page stays quick
 PALETTES = (256, 128, 64)  # colours, the most that fit are taken
 PATIENCE = 60_000.0  # ms: the first scene compiles the solver, and a processor draws the table
-FLAT = ("--no-sandbox", "--disable-gpu", "--autoplay-policy=no-user-gesture-required")
-SOLID = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+SOLID = (
+    *("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
+    "--autoplay-policy=no-user-gesture-required",
+)
 HEARD = 96_000  # frames of sound before the pad's picture: its waveform and spectrum are full
 PRESSED = "() => [...ridgewave.fingers].some((finger) => finger.touching)"
 LISTEN = """() => {
@@ -47,16 +49,21 @@ def main(folder: Path = HERE) -> None:
     """Write pad.png and vr.png into `folder`."""
     from playwright.sync_api import sync_playwright
 
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
-    if chromium is None:
-        raise SystemExit("Chromium is missing: install the Debian package chromium.")
     with serving() as url, sync_playwright() as playwright:
-        for name, flags, picture in (("pad", FLAT, pad), ("vr", SOLID, table)):
-            browser = playwright.chromium.launch(executable_path=chromium, args=[*flags])
+        for name, picture in (("pad", pad), ("vr", table)):
+            browser = playwright.chromium.launch(executable_path=chromium(), args=[*SOLID])
             try:
                 (folder / f"{name}.png").write_bytes(small(picture(browser, url)))
             finally:
                 browser.close()
+
+
+def chromium() -> str:
+    """Return the path of Chromium."""
+    for name in ("chromium", "chromium-browser", "chromium-headless-shell"):
+        if path := shutil.which(name):
+            return path
+    raise SystemExit("Chromium is missing: install the Debian package chromium.")
 
 
 @contextmanager

@@ -60,6 +60,32 @@ export class Form {
     for (const { details } of this.#sections) details.open = open;
   }
 
+  /** Puts the sections and fields that the scene sets before the others. */
+  setFirst() {
+    const { scene } = this.state;
+    const isSet = ({ name }) => Object.values(scene[name] ?? {}).some((value) => value !== null);
+    const order = (list, first) => [...list.filter(first), ...list.filter((one) => !first(one))];
+    this.element.append(...order(this.#sections, isSet).map(({ details }) => details));
+    for (const { fields, controls } of this.#sections)
+      fields.append(...order(controls, ({ field }) => isWritten(scene, field)).map(({ control }) => control.element));
+  }
+
+  /** Shows only fields with all words of `text` in their name or description, in open sections; "" shows all. */
+  search(text) {
+    const words = text.toLowerCase().split(/\s+/).filter(Boolean);
+    for (const { name, details, controls } of this.#sections) {
+      let found = 0;
+      for (const { field, control } of controls) {
+        const told = `${name} ${field.name} ${field.label} ${field.hint}`.toLowerCase();
+        const fits = words.every((word) => told.includes(word));
+        control.element.toggleAttribute("data-unfound", !fits);
+        if (fits && !control.element.hidden) found++;
+      }
+      details.toggleAttribute("data-unfound", !found);
+      if (words.length && found) details.open = true;
+    }
+  }
+
   /** For the controls: adds a FieldBox, or removes that of a path. */
   register(box) {
     this.#boxes.set(box.field.path.join("."), box);
@@ -103,9 +129,10 @@ export class Form {
     );
     const shown = settings.length === 1 ? settings[0].fields : [field];
     const controls = shown.map((one) => ({ field: one, control: controlOf(one, this) }));
-    details.append(make("div.fields", {}, ...controls.map(({ control }) => control.element)));
+    const fields = make("div.fields", {}, ...controls.map(({ control }) => control.element));
+    details.append(fields);
     this.element.append(details);
-    return { name, details, controls, count, absent };
+    return { name, details, fields, controls, count, absent };
   }
 
   /** Returns the needs of `field` that `scene` does not meet. A field that is in the scene has no unmet needs, so

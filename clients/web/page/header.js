@@ -19,7 +19,7 @@ export function wireHeader(session, { onStop }) {
   });
   session.addEventListener("state", ({ detail }) => {
     byId("state").textContent = STATE_WORDS[detail.state];
-    byId("state").dataset.state = detail.state;
+    for (const id of ["state", "status"]) byId(id).dataset.state = detail.state;
     start.setAttribute("aria-pressed", String(Boolean(session.player)));
     start.textContent = session.player ? "Stop" : "Touch";
   });

@@ -20,6 +20,7 @@ export function wireLimiter({ session, state, tell, onRescaled }) {
     const told = reduction ? `reduces by ${Math.ceil(reduction)} dB` : "–";
     if (lamp.textContent !== told) lamp.textContent = told; // screen readers announce a change, not every report
     lamp.toggleAttribute("data-lit", reduction > 0);
+    lamp.parentElement.toggleAttribute("data-told", reduction > 0); // a place of its own over the page
     button.hidden = !reduction;
     clearTimeout(dark);
     dark = setTimeout(() => lamp.removeAttribute("data-lit"), LIT);

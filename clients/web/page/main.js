@@ -6,7 +6,7 @@ when changes stop for a moment. The pad moves the fingers of the session. */
 import { byId } from "../dom.js";
 import { Form } from "../form/form.js";
 import { same } from "../scene/merge.js";
-import { START_SCENE } from "../scene/start_scene.js";
+import { PAD_SCENE } from "../scene/start_scene.js";
 import { SceneState } from "../scene/state.js";
 import { call, isTemporary } from "../service.js";
 import { StaleParts } from "./stale_parts.js";
@@ -21,7 +21,10 @@ import { TouchSession } from "./touch_session.js";
 import { LiveViews } from "./live_views.js";
 import { Pad } from "./pad.js";
 import { wireTrueRatio } from "./true_ratio.js";
-import { wireTextureMenu } from "./texture_menu.js";
+import { GhostStroke } from "./ghost_stroke.js";
+import { Sheet } from "./sheet.js";
+import { Slots } from "./slots.js";
+import { wireTextureWall } from "./texture_wall.js";
 import { TextureList } from "../textures/texture_list.js";
 import { SceneActions } from "./scene_actions.js";
 
@@ -48,7 +51,9 @@ export async function begin() {
   views = new LiveViews({ session, pad });
   views.scale(pad.metresPerPixel);
   const textures = new TextureList(listed.textures);
-  wireTextureMenu({ state, textures, tell });
+  const wall = wireTextureWall({ state, textures, tell });
+  const slots = new Slots({ state, textures });
+  const sheet = new Sheet(form);
   const actions = new SceneActions({ state, form, textures, session, tell });
   const recorder = new Recorder({ session, pad, tell, show: (scene) => state.take(scene) });
   const warnings = new Warnings(pad);
@@ -78,7 +83,11 @@ export async function begin() {
     recorder.renewed();
     tell("The service has forgotten the stream, as after a restart. A new one goes on with the same scene.");
   });
-  follow({ form, state, session, views, plan, recorder, stale });
+  const onFirstPicture = () => {
+    wall.load();
+    new GhostStroke({ pad, session, views, state }).stroke();
+  };
+  follow({ form, state, session, views, plan, recorder, stale, onFirstPicture });
   window.ridgewave = {
     get player() {
       return session.player;
@@ -89,8 +98,10 @@ export async function begin() {
     state,
     session,
     views,
+    sheet,
+    slots,
   };
-  state.begin(actions.linked() ?? START_SCENE);
+  state.begin(actions.linked() ?? PAD_SCENE);
 }
 
 /** Requests the table that the first touch reads, so that it is ready if the user does not touch at once. A scene with
@@ -101,9 +112,10 @@ function makeTable({ scene, simulated }) {
 }
 
 /** Passes changes of the scene on to the parts of the page, and marks those that are not updated yet. */
-function follow({ form, state, session, views, plan, recorder, stale }) {
+function follow({ form, state, session, views, plan, recorder, stale, onFirstPicture }) {
   let [resting, sending, shown] = [0, 0, null];
   let another = false; // texture or scene was chosen since the last change of the streams
+  let pictured = false; // a picture was shown
   let away = false; // the service did not answer the last request for a picture
   const markSound = () => {
     const unsent = session.player && !sameSound(state.scene, session.scene);
@@ -128,6 +140,8 @@ function follow({ form, state, session, views, plan, recorder, stale }) {
     try {
       if (!(await views.show(scene))) return;
       away = false;
+      if (!pictured) onFirstPicture();
+      pictured = true;
       if (same(scene, state.scene)) stale.set("picture", "current");
     } catch (error) {
       if (same(scene, state.scene)) stale.set("picture", pictureStatusOf(error.problem));

@@ -12,6 +12,8 @@ import { byId } from "../dom.js";
 import { ScanSlider } from "./scan_slider.js";
 
 const PIXEL = 0.0254 / 96; // m
+const MAGNIFIED = 5; // at first; a brisk stroke of 1000 px/s then has the speed of a hand that explores, 50 mm/s
+const MOST_RAISED = 10; // gain for a magnified hand: at the first volume, a tenth, no sample exceeds full scale
 const KEY_STEP = 8; // ms between contact updates of the arrow keys
 const SPEED_TIME = 0.036; // s over which the shown speed is averaged; shorter follows the jitter of pointers
 const LOAD_FACTOR = 1.25; // of + and -
@@ -24,7 +26,7 @@ const AUTOMATIC = "automatic";
  *  more. */
 export class Pad extends EventTarget {
   touches = new Map();
-  #scale = PIXEL;
+  #scale = PIXEL / MAGNIFIED;
   #keys = { down: false, up: false, position: null, direction: 0, timer: 0, time: 0 }; // up: lifted with space
 
   /** session: the TouchSession. state: the SceneState. onTouch(): called when touches change. onScale(metresPerPixel):
@@ -70,11 +72,24 @@ export class Pad extends EventTarget {
       capture: true,
       passive: true,
     }); // the wheel scrolls the page instead of zooming
+    byId("magnify").value = String(MAGNIFIED); // the browser may have kept another choice
     byId("magnify").addEventListener("change", () => {
       this.#scale = PIXEL / Number(byId("magnify").value);
+      this.#raise();
       onScale(this.#scale);
     });
+    this.#raise();
+    byId("true-size").addEventListener("click", () => {
+      byId("magnify").value = "1";
+      byId("magnify").dispatchEvent(new Event("change"));
+      byId("magnify").focus(); // the button that leads to true size is gone
+    });
     byId("stroke").addEventListener("click", () => this.strokeAutomatically(!this.automaticStroke.running));
+  }
+
+  /** Metres per CSS pixel at true size. */
+  static get trueSize() {
+    return PIXEL;
   }
 
   /** Metres per CSS pixel of the pad. */
@@ -90,6 +105,13 @@ export class Pad extends EventTarget {
     zoomed.value = String(PIXEL / scale);
     zoomed.hidden = false;
     byId("magnify").selectedIndex = 0;
+    this.#raise();
+  }
+
+  /** Raises the sound of a magnified hand. It is slower by the magnification, and acceleration grows with the square of
+   *  the speed. */
+  #raise() {
+    this.session.raised = Math.min(MOST_RAISED, Math.max(1, (PIXEL / this.#scale) ** 2));
   }
 
   /** Width of the pad, m. */

@@ -3,7 +3,7 @@
 import { byId, whileDisabled } from "../dom.js";
 import { BrokenLink, hashOf, sceneIn } from "../scene/link.js";
 import { same } from "../scene/merge.js";
-import { START_SCENE } from "../scene/start_scene.js";
+import { PAD_SCENE } from "../scene/start_scene.js";
 import { callBinary } from "../service.js";
 import { save, saveText } from "./download.js";
 
@@ -59,7 +59,7 @@ export class SceneActions {
   #address(scene) {
     let hash = "";
     try {
-      if (!same(scene, START_SCENE)) hash = hashOf(scene);
+      if (!same(scene, PAD_SCENE)) hash = hashOf(scene);
     } catch {
       /* too long for a link; "Copy link" reports it */
     }
@@ -72,7 +72,7 @@ export class SceneActions {
 
   #key(event) {
     if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "z" || event.altKey) return;
-    if (event.target.closest?.("input[type=text], input[type=password], textarea")) return; // undo of the text
+    if (event.target.closest?.("input[type=text], input[type=password], input[type=search], textarea")) return; // undo of the text
     event.preventDefault();
     byId(event.shiftKey ? "redo" : "undo").click();
   }

@@ -30,6 +30,7 @@ export class TouchSession extends EventTarget {
   #recent = 0; // dB, the newest report: the largest may come from the moment of touch-down
   #holders = new Map(); // id of a pointer -> its finger
   #volume = 0.1;
+  #raised = 1; // gain on top of the volume
   #starting = null;
   #renewing = Promise.resolve();
   #chosen = false; // a texture is chosen whose streams are not open yet
@@ -46,6 +47,12 @@ export class TouchSession extends EventTarget {
   set volume(volume) {
     this.#volume = volume;
     if (this.player) this.player.volume = volume;
+  }
+
+  /** Gain on top of the volume; initially 1. */
+  set raised(gain) {
+    this.#raised = gain;
+    if (this.player) this.player.raised = gain;
   }
 
   /** Opens the player and the first finger. Sounds from the first gesture with which the browser permits sound. Returns
@@ -247,6 +254,7 @@ export class TouchSession extends EventTarget {
     this.#tell("state", { state: "connecting" });
     this.player = await Player.open({ sampleRate: rateOf(this.scene) });
     this.player.volume = this.#volume;
+    this.player.raised = this.#raised;
     this.player.addEventListener("awake", () => this.#tell("state", { state: this.state }));
     this.#tell("player", { player: this.player });
     await this.#finger().opened;

@@ -1,6 +1,6 @@
 /* The output of the page: mixes sources, with a master volume, on an output device.
 
-    source (ring buffer, level) -> mix -> channels of the device -> volume -> destination
+    source (ring buffer, level) -> mix -> channels of the device -> volume -> raised -> destination
 
 At level 1 the mix contains exactly the samples of the source. Volume and levels change without clicks, within 50 ms.
 A player is asleep while the browser does not permit sound, and after the system has paused it. It wakes at the next
@@ -14,6 +14,7 @@ import { Tap } from "./tap.js";
 
 /** Events with which a browser may permit sound. A finger that drags never clicks, so its lift is among them. */
 const WAKING = ["pointerdown", "mousedown", "pointerup", "touchend", "click", "keydown", "visibilitychange"];
+const RAISE = 0.02; // s, time constant of a change of `raised`; shorter clicks
 const FIRST_VOLUME = 0.1; // first volume: a vibration for an actuator is loud in headphones
 
 /** The output. Event "awake": `awake` may have changed. */
@@ -49,7 +50,8 @@ export class Player extends EventTarget {
     this.mix = new GainNode(context, discrete);
     this.master = new GainNode(context, { gain: FIRST_VOLUME, channelInterpretation: "discrete" });
     context.destination.channelInterpretation = "discrete";
-    this.master.connect(context.destination);
+    this.raising = new GainNode(context, { channelInterpretation: "discrete" });
+    this.master.connect(this.raising).connect(context.destination);
     this.#route();
     context.addEventListener("statechange", () => {
       this.#wake();
@@ -84,6 +86,11 @@ export class Player extends EventTarget {
 
   set volume(value) {
     this.#wanted = glide(this.master.gain, value, this.context);
+  }
+
+  /** Gain on top of the volume, 1 or more; initially 1. What exceeds 1.0 behind it is clipped by the device. */
+  set raised(gain) {
+    this.raising.gain.setTargetAtTime(gain, this.context.currentTime, RAISE);
   }
 
   /** Time from the audio thread to the loudspeaker, s, as far as the browser knows. */

@@ -1,11 +1,12 @@
 /* The texture from above, with a scale bar, a legend of heights, and the fingers.
 
-Model: heights repeat along x and are averaged over each device pixel. Those over an area repeat in both directions, and
-are interpolated between the heights that are given. The colour changes linearly with the height from --valley to
+Model: with a relief, the surface is lit (relief/relief.js). Without one, heights repeat along x and are averaged over each device pixel. Those over an area repeat in both directions, and
+are interpolated between the heights that are given. Without a relief the colour changes linearly with the height from --valley to
 --crest. Slopes that face left are lighter and those that face right darker, by at most RELIEF of that range, in
 proportion to the steepest slope. The left edge is position 0, the middle y = 0.
 Limits: a fine area is not averaged. Fingers are elements over the canvas, so that they move without a drawing. */
 
+import { Relief } from "../relief/relief.js";
 import { inWords } from "../scene/quantities.js";
 import { roundBelow } from "./axes.js";
 import { Panel } from "./panel.js";
@@ -17,6 +18,7 @@ const PERIOD_PIXELS = 36; // CSS px per period at first
 const STEP = 2 ** 0.25; // zoom per key press or notch of the wheel
 const WIDEST_BAR = 140; // CSS px
 const FINEST = 3; // CSS px per period; with fewer, ridges cannot be distinguished
+const SLENDER = 0.8; // width of a finger's mark over its length
 
 /** Dispatches the event "zoom" {metresPerPixel} on the canvas when the user zooms. */
 export class TextureTopView {
@@ -27,8 +29,11 @@ export class TextureTopView {
   #touches = document.createElement("div");
   #image = document.createElement("canvas"); // one device pixel high, or a period of an area
 
-  constructor(canvas) {
+  /** relief: whether the surface is lit, where the browser can. */
+  constructor(canvas, { relief = false } = {}) {
     this.metresPerPixel = 5e-5; // m per CSS px
+    /** {left, bottom, width, height (CSS px), metresPerPixel}: a part of the relief at another scale; null: none. */
+    this.inset = null;
     this.panel = new Panel(canvas, "Texture from above: not loaded yet.", () => this.#draw());
     /** The last drawing: `bar` {length (m), pixels, left, top (CSS px)}. */
     this.drawn = { bar: null };
@@ -38,16 +43,33 @@ export class TextureTopView {
     this.#touches.className = "finger-marks";
     this.#touches.setAttribute("aria-hidden", "true");
     place.append(canvas, this.#touches);
+    if (relief) this.#light(place);
     canvas.tabIndex = 0;
     canvas.setAttribute("aria-keyshortcuts", "+ - 0");
     canvas.addEventListener("keydown", (event) => this.#key(event));
     canvas.addEventListener("wheel", (event) => this.#wheel(event), { passive: false });
   }
 
+  /** Puts the relief under the canvas. */
+  #light(place) {
+    const canvas = document.createElement("canvas");
+    canvas.setAttribute("aria-hidden", "true");
+    this.relief = Relief.on(canvas);
+    if (!this.relief) return;
+    place.prepend(canvas);
+    place.classList.add("relief");
+    this.relief.onLost = () => {
+      canvas.remove();
+      place.classList.remove("relief");
+      this.relief = null;
+      this.panel.restyle();
+    };
+  }
+
   /** Shows a texture. heights: m, over one period. period: m. area: rows of heights, m, over one period in both
    *  directions, and across: period across, m; absent for a line. contactLength: m, length of a finger's mark; null:
-   *  unknown. */
-  show({ heights, period, area = null, across = null, contactLength = null }) {
+   *  unknown. finger: {begin, length, heights} (m) of a picture, for a relief. */
+  show({ heights, period, area = null, across = null, contactLength = null, finger = null }) {
     const fresh = period !== this.period;
     this.#heights = Float64Array.from(heights);
     this.#area = area && { rows: area, across };
@@ -64,6 +86,8 @@ export class TextureTopView {
       // integral of the heights, interpolated linearly
       this.#sums[index + 1] = this.#sums[index] + (height + this.#heights[(index + 1) % heights.length]) / 2;
     });
+    this.relief?.show({ heights, period, area, across });
+    if (finger) this.relief?.touchWith(finger, SLENDER * finger.length);
     if (fresh) this.#zoomTo(this.fitting(), false);
     else this.panel.request();
   }
@@ -78,7 +102,8 @@ export class TextureTopView {
     this.#zoomTo(metresPerPixel, false);
   }
 
-  /** Marks fingers. positions: m, or {position (m), across (0 to 1 of the height)}. */
+  /** Marks fingers. positions: m, or {position (m), across (0 to 1 of the height)}; for a relief also z (m; null: unknown)
+   *  and size, that of the footprint. */
   touch(positions) {
     while (this.#marks.length < positions.length) {
       this.#marks.push(this.#touches.appendChild(document.createElement("i")));
@@ -89,13 +114,18 @@ export class TextureTopView {
       const one = positions[index];
       const { position, across = 0.5 } = typeof one === "number" ? { position: one } : one;
       const length = this.contactLength ? Math.max(14, this.contactLength / this.metresPerPixel) : 28;
-      const height = Math.min(length * 0.8, this.panel.height * 0.8);
+      const height = Math.min(length * SLENDER, this.panel.height * 0.8);
       const [x, y] = [position / this.metresPerPixel - length / 2, across * this.panel.height - height / 2];
       mark.style.width = `${length}px`;
       mark.style.height = `${height}px`;
       mark.style.transform = `translate(${x.toFixed(2)}px, ${y.toFixed(2)}px)`;
     });
     this.touching = positions;
+    this.relief?.touch(positions.map((one) => this.#onRelief(one)));
+  }
+
+  #onRelief({ position, across, z = null, size = 1 }) {
+    return { position, y: (0.5 - across) * this.panel.height * this.metresPerPixel, z, size };
   }
 
   /** Returns the mean height (m) between two positions (m) of the repeated texture. */
@@ -117,12 +147,21 @@ export class TextureTopView {
 
   #draw() {
     if (!this.#heights) return;
-    if (this.#area) this.#drawArea();
+    if (this.relief) this.#drawRelief();
+    else if (this.#area) this.#drawArea();
     else this.#drawLine();
     this.#drawBar();
     this.#drawLegend();
     this.#tell();
     if (this.touching) this.touch(this.touching);
+  }
+
+  #drawRelief() {
+    const { width, height, ratio } = this.panel;
+    const names = { material: "relief-crest", ground: "relief-valley", glow: "glow", flesh: "finger" };
+    const rgb = (name) => [...rgbOf(this.panel.colour(name))].slice(0, 3).map((part) => part / 255);
+    const colours = Object.fromEntries(Object.entries(names).map(([key, name]) => [key, rgb(name)]));
+    this.relief.view = { width, height, ratio, metresPerPixel: this.metresPerPixel, colours, inset: this.inset };
   }
 
   #drawLine() {
@@ -205,6 +244,7 @@ export class TextureTopView {
     const words = `${inWords(span, "m")} high`;
     context.font = this.panel.font(12, 600);
     const wide = context.measureText(words).width;
+    if (this.relief) return this.#drawWords(words, width - 12, wide);
     const left = width - 12 - wide - 44;
     this.#plate(left, height - 60, wide + 44, 48);
     const ramp = context.createLinearGradient(0, height - 18, 0, height - 54);
@@ -219,6 +259,16 @@ export class TextureTopView {
     context.textAlign = "left";
     context.textBaseline = "middle";
     context.fillText(words, left + 34, height - 36);
+  }
+
+  /** Draws the legend of a relief, whose shades are those of slopes. */
+  #drawWords(words, right, wide) {
+    const { context, height } = this.panel;
+    this.#plate(right - wide - 20, height - 36, wide + 20, 24);
+    context.fillStyle = this.panel.colour("ink");
+    context.textAlign = "right";
+    context.textBaseline = "middle";
+    context.fillText(words, right - 10, height - 24);
   }
 
   #plate(left, top, width, height) {

@@ -22,8 +22,10 @@ if TYPE_CHECKING:
 
 MODULES = "/test/modules.html"
 WIDE: ViewportSize = {"width": 1280, "height": 900}
-START_SCENE = {"finger": {"kind": "fingertip"}}
+START_SCENE = {"finger": {"kind": "fingertip"}, "texture": {"kind": "corduroy-8-wale"}}
 """The scene of the page where the address has none."""
+DRAWER = "() => ridgewave.sheet.show('scene')"
+"""Opens the drawer with the fields of the scene."""
 
 
 def link_to(scene: Mapping[str, object]) -> str:
@@ -93,6 +95,7 @@ def watched_page(kept_touch_page: Page, service: Running) -> Iterator[tuple[Page
     """Yield the page, loaded, and what watches it, which fails in the end if it logged an error or asked others."""
     with visited(kept_touch_page, service.url + "/") as watch:
         loaded(kept_touch_page)
+        kept_touch_page.evaluate(DRAWER)
         yield kept_touch_page, watch
 
 
@@ -105,6 +108,7 @@ def comb_page(kept_touch_page: Page, service: Running) -> Iterator[Page]:
     kept_touch_page.emulate_media(reduced_motion="reduce")
     with visited(kept_touch_page, service.url + link_to({})):
         loaded(kept_touch_page)
+        kept_touch_page.evaluate(DRAWER)
         yield kept_touch_page
 
 
@@ -113,6 +117,7 @@ def kept_still_page(chromium: Browser, service: Running) -> Iterator[Page]:
     """Yield the page that `still_page` lends to one test after another."""
     with watched(chromium, service.url + link_to({}), viewport=WIDE, reduced_motion="reduce") as (page, _):
         loaded(page)
+        page.evaluate(DRAWER)
         yield page
 
 

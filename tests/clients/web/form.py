@@ -9,6 +9,8 @@ if TYPE_CHECKING:
 
     from tests.clients.web.random_scenes import Document
 
+CHOSEN = "() => document.querySelector('#texture input:checked')?.value ?? ''"
+"""The name of the texture that is chosen on the wall, "" for none."""
 PERIOD = "#field-texture-period"
 REFUSED = "status of 422"  # what Chromium logs of a scene that the service refuses
 
@@ -24,6 +26,11 @@ def written(page: Page, field: str, text: str) -> None:
     page.evaluate("(field) => { document.querySelector(field).closest('details').open = true; }", field)
     page.fill(field, text)
     page.press(field, "Enter")
+
+
+def tile(name: str) -> str:
+    """Return the selector of a texture on the wall."""
+    return f"#texture input[value='{name}']"
 
 
 def at(scene: Any, path: tuple[str, ...]) -> Any:

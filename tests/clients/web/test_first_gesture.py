@@ -77,6 +77,14 @@ class Onlooker:
             mouse = {"type": "mousePressed", "x": x, "y": y, "button": "left", "clickCount": 1}
             self._session.send("Input.dispatchMouseEvent", mouse)
 
+    def slide(self, x: float) -> None:
+        """Move the pressed mouse to x (px) from where `press` put it."""
+        left, top = self.see(
+            "(({left, top}) => [left + 40, top + 90])(document.getElementById('pad').getBoundingClientRect())"
+        )
+        mouse = {"type": "mouseMoved", "x": left + x, "y": top, "button": "left", "buttons": 1}
+        self._session.send("Input.dispatchMouseEvent", mouse)
+
 
 def test_a_drag_with_a_finger_wakes_the_sound_as_it_lifts(browser: Browser, url: str) -> None:
     with watched(browser, url + "/", **PHONE) as (page, watch):

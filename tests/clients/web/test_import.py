@@ -12,7 +12,8 @@ from PIL import Image
 
 from service.compute.import_process import Imports
 from tests.clients.web.browser import visited
-from tests.clients.web.conftest import WIDE, link_to, loaded
+from tests.clients.web.conftest import DRAWER, WIDE, link_to, loaded
+from tests.clients.web.form import CHOSEN, tile
 from tests.clients.web.test_accessibility import NARROW, violations
 from tests.clients.web.test_page import stroke_pad, told
 from tests.service.harness import Running, outcome_here
@@ -48,6 +49,7 @@ def page(kept_touch_page: Page, service: Running, monkeypatch: pytest.MonkeyPatc
     with visited(kept_touch_page, service.url + link_to({})) as watch:
         watch.allow(REFUSED)
         loaded(kept_touch_page)
+        kept_touch_page.evaluate(DRAWER)
         yield kept_touch_page
     kept_touch_page.set_viewport_size(WIDE)
     for texture in stored(service):
@@ -102,7 +104,7 @@ def faults(page: Page) -> dict[str, str]:
 
 def yours(page: Page) -> list[str]:
     found: list[str] = page.evaluate(
-        "() => [...document.querySelectorAll('optgroup[label=Yours] option')].map(({value}) => value)"
+        "() => [...document.querySelectorAll('[aria-label=Yours] input')].map(({value}) => value)"
     )
     return found
 
@@ -126,7 +128,7 @@ def test_a_chosen_file_is_measured_kept_under_a_name_that_no_other_has_and_playe
     told(page, "my-turned-metal is kept")
     (entry,) = (entry for entry in stored(service) if entry["name"] != "cloth")
     assert (entry["name"], yours(page)) == ("my-turned-metal", ["cloth", "my-turned-metal"])
-    assert page.input_value("#texture") == "my-turned-metal" and page.locator("dialog").count() == 0
+    assert page.evaluate(CHOSEN) == "my-turned-metal" and page.locator("dialog").count() == 0
     assert page.evaluate(SCENE) == entry["scene"]
     stroke_pad(page)
     assert page.evaluate("() => ridgewave.fingers[0].scene.held") == entry["scene"]
@@ -204,7 +206,8 @@ def test_a_texture_is_renamed_and_deleted_where_it_is_described(page: Page, serv
     imported(service, "wool", "7 um")
     page.reload()
     loaded(page)
-    page.select_option("#texture", "cloth")
+    page.evaluate(DRAWER)
+    page.check(tile("cloth"))
     page.click("#texture-sources summary")
     page.wait_for_function("() => document.querySelector('#texture-sources').textContent.includes('14.14 µm')")
     scene = page.evaluate(SCENE)
@@ -214,7 +217,7 @@ def test_a_texture_is_renamed_and_deleted_where_it_is_described(page: Page, serv
     page.fill("#own-name", "silk")
     page.keyboard.press("Enter")
     told(page, "cloth is now called silk")
-    assert (yours(page), page.input_value("#texture")) == (["silk", "wool"], "silk")
+    assert (yours(page), page.evaluate(CHOSEN)) == (["silk", "wool"], "silk")
     assert page.evaluate(SCENE) == scene and page.is_visible("#own-delete")
     page.wait_for_function("() => document.activeElement.id === 'own-name'")
     page.once("dialog", lambda dialog: dialog.dismiss())
@@ -223,8 +226,8 @@ def test_a_texture_is_renamed_and_deleted_where_it_is_described(page: Page, serv
     page.once("dialog", lambda dialog: dialog.accept())
     page.click("#own-delete")
     told(page, "silk is deleted")
-    assert (yours(page), page.input_value("#texture"), page.evaluate(SCENE)) == (["wool"], "sinusoid", {})
-    assert page.evaluate(FOCUS) == "texture"
+    assert (yours(page), page.evaluate(CHOSEN), page.evaluate(SCENE)) == (["wool"], "sinusoid", {})
+    assert page.evaluate("() => document.activeElement.value") == "sinusoid"
     assert page.is_hidden("#texture-sources")
 
 
@@ -233,8 +236,9 @@ def test_a_link_to_a_name_shows_the_surface_in_menu_and_form(page: Page, service
     page.goto(service.url + link_to({"texture": {"kind": "cloth", "phase": "1 rad"}}))
     page.reload()
     loaded(page)
+    page.evaluate(DRAWER)
     assert page.evaluate(SCENE) == {"texture": {**scene["texture"], "phase": "1 rad"}}
-    assert page.input_value("#texture") == "cloth"
+    assert page.evaluate(CHOSEN) == "cloth"
     shown = "(id) => { const one = document.getElementById(id); return one.selectedOptions?.[0].text ?? one.value; }"
     assert page.evaluate(shown, "field-texture-kind") == "profile"
     assert page.evaluate(shown, "field-texture-surface") == scene["texture"]["surface"]
@@ -249,17 +253,18 @@ def test_a_sinusoid_can_be_chosen_after_an_imported_texture_and_each_choice_is_u
     imported(service, "cloth", "5 um")
     page.reload()
     loaded(page)
-    page.select_option("#texture", "cloth")
+    page.evaluate(DRAWER)
+    page.check(tile("cloth"))
     cloth = page.evaluate(SCENE)
-    page.select_option("#texture", "sinusoid")
-    assert page.evaluate(SCENE) == {} and page.input_value("#texture") == "sinusoid"
+    page.check(tile("sinusoid"))
+    assert page.evaluate(SCENE) == {} and page.evaluate(CHOSEN) == "sinusoid"
     for button, scene, name in (("undo", cloth, "cloth"), ("redo", {}, "sinusoid"), ("undo", cloth, "cloth")):
         page.click(f"#{button}")
-        assert (page.evaluate(SCENE), page.input_value("#texture")) == (scene, name)
+        assert (page.evaluate(SCENE), page.evaluate(CHOSEN)) == (scene, name)
     page.click("#texture-sources summary")
     page.once("dialog", lambda dialog: dialog.accept())
     page.click("#own-delete")
     told(page, "cloth is deleted")
     page.click("#undo")
-    assert (page.evaluate(SCENE), page.input_value("#texture")) == (cloth, "")
-    assert "not in the menu" in page.inner_text("#texture-about")
+    assert (page.evaluate(SCENE), page.evaluate(CHOSEN)) == (cloth, "")
+    assert "not in the list" in page.inner_text("#texture-about")

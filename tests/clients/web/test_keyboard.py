@@ -83,7 +83,14 @@ def test_a_button_whose_work_takes_a_while_keeps_the_focus(
 
 def test_ctrl_z_undoes_wherever_no_text_is_written(comb_page: Page) -> None:
     """On a choice of the accuracy, and on the file that was imported, it did nothing."""
-    for focus in ("#accuracy input[type=radio]:checked", "#import", "#open-scene", "#load", "#texture", "#undo"):
+    for focus in (
+        "#accuracy input[type=radio]:checked",
+        "#import",
+        "#open-scene",
+        "#load",
+        "#texture input:checked",
+        "#undo",
+    ):
         comb_page.evaluate("() => ridgewave.state.write(['texture', 'period'], '1 mm')")
         comb_page.focus(focus)
         comb_page.keyboard.press("Control+z")

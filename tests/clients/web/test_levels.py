@@ -10,6 +10,7 @@ import pytest
 
 from tests.clients.web.browser import visited, watched
 from tests.clients.web.conftest import link_to, loaded
+from tests.clients.web.form import tile
 from tests.clients.web.test_page import started
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ SIX = (
 def chosen(page: Page, name: str) -> float:
     """Choose a texture; return the full scale of its stream."""
     before = page.evaluate(SESSION)
-    page.select_option("#texture", name)
+    page.check(tile(name))
     page.wait_for_function(f"(before) => ({SESSION})() !== before", arg=before)
     page.wait_for_function(OF_SCENE)
     return float(page.evaluate(SCALE))
@@ -114,7 +115,7 @@ def test_a_choice_during_a_stroke_moves_the_hand_to_the_new_stream(comb_page: Pa
 def test_of_quick_choices_the_newest_is_heard(comb_page: Page) -> None:
     started(comb_page)
     for name in ("grooves-750um", "grating-500um-40um", "grating-20mm-400um", "vinyl-record-114um"):
-        comb_page.select_option("#texture", name)
+        comb_page.check(tile(name))
         comb_page.wait_for_timeout(100)
     comb_page.evaluate("() => ridgewave.state.write(['output', 'duration'], '3 s')")
     comb_page.wait_for_function(OF_SCENE)
@@ -157,7 +158,7 @@ def test_true_ratio_keeps_the_full_scale_for_all_textures_until_it_is_unchecked(
     comb_page.check("#true-ratio")
     comb_page.wait_for_function("() => ridgewave.fingers[0]?.connection.ready && ridgewave.state.scene.output")
     comb_page.wait_for_function(OF_SCENE)
-    comb_page.select_option("#texture", "vinyl-record-114um")
+    comb_page.check(tile("vinyl-record-114um"))
     comb_page.wait_for_function("() => ridgewave.fingers[0].scene.held.texture.kind === 'vinyl-record-114um'")
     assert comb_page.evaluate(SCALE) == pytest.approx(loud, rel=1e-3)
     comb_page.uncheck("#true-ratio")
@@ -170,7 +171,7 @@ def test_a_recording_keeps_its_full_scale_when_the_texture_changes(comb_page: Pa
     comb_page.click("#record")
     comb_page.wait_for_function("() => document.getElementById('record').textContent === 'Stop recording'")
     before = comb_page.evaluate(SESSION)
-    comb_page.select_option("#texture", "vinyl-record-114um")
+    comb_page.check(tile("vinyl-record-114um"))
     comb_page.wait_for_function("() => ridgewave.fingers[0].scene.held.texture?.kind === 'vinyl-record-114um'")
     assert comb_page.evaluate(SESSION) == before
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from tests.clients.web.browser import kept_page, visited
-from tests.clients.web.conftest import START_SCENE, loaded
+from tests.clients.web.conftest import DRAWER, START_SCENE, loaded
 from tests.clients.web.page_service import WEB
 from tests.clients.web.test_accessibility import violations
 from tests.service.harness import Running, serving, warmed_up
@@ -66,6 +66,7 @@ def page(kept: Page, loud: Running) -> Iterator[Page]:
     with visited(kept, loud.url + "/") as watch:
         watch.allow(INCOMPLETE)
         loaded(kept)
+        kept.evaluate(DRAWER)
         yield kept
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from tests.clients.web.browser import watched
-from tests.clients.web.conftest import link_to, loaded
+from tests.clients.web.conftest import DRAWER, link_to, loaded
 from tests.few import few, thorough
 
 if TYPE_CHECKING:
@@ -98,6 +98,7 @@ def stroking(chromium: Browser, service: Running) -> Iterator[Page]:
     """Yield a page that strokes by itself, with gamepads of the test."""
     with watched(chromium, service.url + link_to({}), reduced_motion="reduce") as (page, _):
         loaded(page)
+        page.evaluate(DRAWER)
         page.evaluate(TOOLS)
         page.evaluate("() => { document.getElementById('devices').open = true; }")
         page.check("#rumble")
@@ -198,6 +199,7 @@ def phone(chromium: Browser, service: Running) -> Iterator[Page]:
         page.add_init_script(VIBRATES)
         page.goto(service.url + link_to({}))
         loaded(page)
+        page.evaluate(DRAWER)
         yield page
 
 
@@ -244,6 +246,7 @@ def test_the_switch_of_a_phone_begins_on_and_stays_where_it_was_put(phone: Page)
     stays_still(phone)
     phone.reload()
     loaded(phone)
+    phone.evaluate(DRAWER)
     assert not phone.is_checked("#rumble")
     phone.evaluate(STROKE)
     phone.wait_for_function("() => ridgewave.fingers[0]?.source?.played > 9600")
@@ -268,6 +271,7 @@ def test_a_phone_whose_browser_has_no_vibration_says_so(chromium: Browser, servi
         page.add_init_script("delete Navigator.prototype.vibrate")
         page.goto(service.url + link_to({}))
         loaded(page)
+        page.evaluate(DRAWER)
         assert not page.is_checked("#rumble")
         page.evaluate("() => { document.getElementById('devices').open = true; }")
         page.check("#rumble")

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from tests.clients.web.browser import headless, watched
-from tests.clients.web.conftest import WIDE, link_to, loaded
+from tests.clients.web.conftest import DRAWER, WIDE, link_to, loaded
+from tests.clients.web.form import tile
 from tests.clients.web.headset import DRAWING, at_the_table, three_folder
 from tests.clients.web.page_service import WEB
 
@@ -72,11 +73,12 @@ def test_the_pad_works_without_what_is_newer(chromium: Browser, service: Running
         page.add_init_script(OLDER)
         page.goto(service.url + link_to({}))
         loaded(page)
-        page.wait_for_selector("#texture optgroup[label]", state="attached")
+        page.evaluate(DRAWER)
+        page.wait_for_selector("#texture .wall-group")
         page.click("#stroke")
         page.wait_for_function("() => ridgewave.fingers[0]?.source?.played > 9600")
         page.wait_for_function("() => !document.querySelector('[data-stale]')")
-        page.select_option("#texture", "grating-1mm-31um")
+        page.check(tile("grating-1mm-31um"))
         page.wait_for_function("() => ridgewave.state.scene.texture?.kind === 'grating-1mm-31um'")
         page.wait_for_function("() => !document.querySelector('[data-stale]')")
         page.click("#fold")
@@ -116,6 +118,7 @@ def test_an_iphone_sounds_though_its_mute_switch_is_on(chromium: Browser, servic
         page.add_init_script("navigator.audioSession = {type: 'auto'}")
         page.goto(service.url + link_to({}))
         loaded(page)
+        page.evaluate(DRAWER)
         assert page.evaluate("() => navigator.audioSession.type") == "auto", (
             "a silent page leaves other apps their sound"
         )

@@ -14,7 +14,8 @@ import pytest
 import soundfile
 
 from tests.clients.web.browser import headless, watched
-from tests.clients.web.conftest import WIDE, link_to, loaded
+from tests.clients.web.conftest import DRAWER, WIDE, link_to, loaded
+from tests.clients.web.form import tile
 from tests.clients.web.headset import DRAWING, at_the_table, three_folder
 from tests.clients.web.page_service import Breaker, serving_pages
 from tests.clients.web.test_page import started, stroke_pad
@@ -84,7 +85,8 @@ def test_the_page_plays_resumes_and_downloads_under_a_path_of_nginx(
         page.on("request", lambda request: asked.append(request.url))
         page.goto(url)
         loaded(page)
-        page.select_option("#texture", "grating-1mm-31um")
+        page.evaluate(DRAWER)
+        page.check(tile("grating-1mm-31um"))
         page.wait_for_function(PICTURE)
         started(page)
         stroke_pad(page)
@@ -144,6 +146,7 @@ def test_the_table_is_drawn_under_a_path_of_nginx(
 def test_the_path_without_its_slash_leads_to_the_page(chromium: Browser, site: Site) -> None:
     with watched(chromium, site.url) as (page, _):
         loaded(page)
+        page.evaluate(DRAWER)
         assert page.url == f"{site.url}/"
 
 

@@ -11,7 +11,7 @@ from synth.scene.effects_section import declaration, effect_names
 from synth.scene.finger_section import KINDS
 from synth.scene.scene import parse_scene
 from synth.scene.texture_registry import kinds, kinds_with
-from tests.clients.web.form import PERIOD, REFUSED, at, scene_of, written
+from tests.clients.web.form import PERIOD, REFUSED, at, scene_of, tile, written
 from tests.clients.web.random_scenes import fields, near_default, options
 
 if TYPE_CHECKING:
@@ -185,7 +185,7 @@ def test_what_was_written_is_never_taken_for_the_default(still_page: Page) -> No
 
 
 def test_a_texture_of_the_catalogue_shows_its_own_numbers(still_page: Page) -> None:
-    still_page.select_option("#texture", "grating-2mm-157um")
+    still_page.check(tile("grating-2mm-157um"))
     still_page.wait_for_function("() => document.querySelector('#field-texture-period').placeholder === '2 mm'")
     assert scene_of(still_page) == {"texture": {"kind": "grating-2mm-157um"}}
 

@@ -6,6 +6,7 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from tests.clients.web.conftest import START_SCENE, loaded
+from tests.clients.web.form import tile
 from tests.clients.web.test_one_state import AGREED, linked
 
 if TYPE_CHECKING:
@@ -41,9 +42,11 @@ def test_the_views_show_where_a_fingertip_touches(touch_page: Page) -> None:
 
 
 def test_a_texture_of_the_catalogue_keeps_the_finger(touch_page: Page) -> None:
-    touch_page.select_option("#texture", "grating-500um-40um")
+    touch_page.check(tile("grating-500um-40um"))
     assert touch_page.evaluate(SCENE) == START_SCENE | {"texture": {"kind": "grating-500um-40um"}}
-    touch_page.select_option("#texture", "sinusoid")
+    touch_page.check(tile("sinusoid"))
+    assert touch_page.evaluate(SCENE) == linked(touch_page) == {"finger": START_SCENE["finger"]}
+    touch_page.check(tile("corduroy-8-wale"))
     assert touch_page.evaluate(SCENE) == START_SCENE and linked(touch_page) is None
 
 

@@ -10,6 +10,7 @@ import pytest
 
 from tests.clients.web.browser import watched
 from tests.clients.web.conftest import link_to, loaded
+from tests.clients.web.form import tile
 from tests.clients.web.page_service import Breaker
 from tests.few import few
 from tests.service.harness import Running
@@ -128,13 +129,10 @@ def test_no_texture_and_no_warning_moves_what_is_touched(chromium: Browser, serv
     """The descriptions have one to five lines, and a plan has no warnings or several."""
     with on_screen(chromium, service.url + link_to({}), SCREENS[screen]) as page:
         page.wait_for_function(QUIET)
-        names = page.evaluate(
-            "() => [...document.querySelectorAll('#texture option:not([hidden])')].map((o) => o.value)"
-        )
+        names = page.evaluate("() => [...document.querySelectorAll('#texture input')].map((one) => one.value)")
         places, heights = set(), set()
         for name in names[:: 1 + len(names) // 30]:
-            page.evaluate("""(name) => { const menu = document.getElementById("texture"); menu.value = name;
-              menu.dispatchEvent(new Event("change")); }""", name)  # fmt: skip
+            page.evaluate("(selector) => document.querySelector(selector).click()", tile(name))
             places.add(tuple(page.evaluate(PLACES, TOUCHED)))
             heights.add(page.locator("#texture-about").evaluate("(about) => about.offsetHeight"))
         assert len(heights) > 1, "the descriptions differ in length"
@@ -148,7 +146,7 @@ def test_no_texture_and_no_warning_moves_what_is_touched(chromium: Browser, serv
 def test_a_shift_would_be_seen(chromium: Browser, service: Running) -> None:
     with on_screen(chromium, service.url + link_to({}), SCREENS["390 x 844"]) as page:
         page.evaluate(WATCH)
-        page.evaluate("() => document.querySelector('.bar').append(Object.assign(document.createElement('p'),"
+        page.evaluate("() => document.querySelector('.bar').after(Object.assign(document.createElement('p'),"
                       " {textContent: 'A status that takes a row of its own, as the lamp once did.'}))")  # fmt: skip
         page.wait_for_function("() => shifts.length > 0 && boxes.size > 1")
 

@@ -13,7 +13,7 @@ import pytest
 
 from synth.voice.recording import Recording
 from tests.clients.web.browser import visited
-from tests.clients.web.conftest import link_to, loaded
+from tests.clients.web.conftest import DRAWER, link_to, loaded
 from tests.clients.web.test_page import started
 
 if TYPE_CHECKING:
@@ -73,6 +73,7 @@ def recorded_stroke(page: Page) -> dict[str, Any]:
 def loud_page(kept_touch_page: Page, service: Running) -> Iterator[Page]:
     with visited(kept_touch_page, service.url + link_to(LOUD)):
         loaded(kept_touch_page)
+        kept_touch_page.evaluate(DRAWER)
         yield kept_touch_page
 
 
@@ -109,6 +110,7 @@ AT_REST = "() => [ridgewave.views.spectrum.drawn.marks.length, ridgewave.views.w
 def quiet_page(kept_touch_page: Page, service: Running) -> Iterator[Page]:
     with visited(kept_touch_page, service.url + link_to(QUIET)):
         loaded(kept_touch_page)
+        kept_touch_page.evaluate(DRAWER)
         started(kept_touch_page)
         yield kept_touch_page
 
@@ -169,6 +171,7 @@ def test_motors_play_the_strength_before_the_limiter(kept_touch_page: Page, serv
     page = kept_touch_page
     with visited(page, service.url + link_to(FELT)):
         loaded(page)
+        page.evaluate(DRAWER)
         started(page)
         page.wait_for_function("() => ridgewave.views.threshold !== null")
         page.evaluate(RUMBLE)

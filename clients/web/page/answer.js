@@ -1,0 +1,51 @@
+/* The answer in words: how far the vibration is over the detection threshold, and at which frequency.
+
+Model: of the lines that the spectrum shows up to HIGHEST, the one that is the most above the threshold. Thresholds of people
+differ by some 10 dB, so nearer than that the answer says "near".
+Limits: lines are taken one by one; together they may be felt where each alone is not. */
+
+import { byId } from "../dom.js";
+import { inWords } from "../scene/quantities.js";
+
+const HIGHEST = 1000; // Hz, highest frequency that skin feels
+const EVERY = 250; // ms between answers; more often cannot be read
+const NEAR = 3; // dB; an unverified default
+const SILENT = 1e-6; // of full scale
+
+/** Returns {level (dB), frequency (Hz)} of the line that is the most above the threshold; null for none.
+ *  drawn: that of the Spectrum. */
+export function strongestFelt({ frequencies, amplitudes, threshold }) {
+  if (!threshold.length) return null;
+  let best = null;
+  let next = 1;
+  for (const [index, frequency] of frequencies.entries()) {
+    if (frequency < threshold[0][0] || frequency > HIGHEST) continue;
+    while (next < threshold.length - 1 && threshold[next][0] < frequency) next++;
+    const [[from, low], [to, high]] = [threshold[next - 1], threshold[next]];
+    const limit = low * (high / low) ** (Math.log(frequency / from) / Math.log(to / from));
+    const level = 20 * Math.log10(amplitudes[index] / limit);
+    if (!best || level > best.level) best = { level, frequency };
+  }
+  return best;
+}
+
+/** Returns the answer for what the Spectrum has drawn, as a sentence. */
+export function answerOf(drawn, fullScale) {
+  if (!drawn || !(drawn.largest.amplitude > SILENT * fullScale)) return "No vibration.";
+  const found = strongestFelt(drawn);
+  if (!found) return "This quantity has no threshold.";
+  const { level, frequency } = found;
+  const where = `at ${inWords(Number(frequency.toPrecision(3)), "Hz")}`;
+  if (Math.abs(level) < NEAR) return `Near the threshold ${where}`;
+  return `${Math.abs(level).toFixed(0)} dB ${level > 0 ? "over" : "under"} threshold ${where}`;
+}
+
+/** Keeps the answer up to date from now on. spectrum: the Spectrum. */
+export function wireAnswer(spectrum) {
+  let seen = null;
+  setInterval(() => {
+    if (spectrum.drawn === seen) return;
+    seen = spectrum.drawn;
+    byId("answer").textContent = answerOf(seen, spectrum.fullScale);
+  }, EVERY);
+}
