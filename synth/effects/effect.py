@@ -190,7 +190,8 @@ class MotionEffect(OutputEffect[Solved]):
     def told(self, scene: Scene, settings: Any, *, by_hand: bool) -> dict[str, Any]:
         """Return what the plan tells of the motion, as JSON: numbers and sentences by name.
 
-        "reason" is a sentence, "place_error" the error of the places of the skin at the scan's own speed and load, m.
+        "reason" is a sentence. At the scan's own speed and load, "place_error" is the error of the places of the skin
+        (m), and "force_error" that of the force at any time, relative to its peak-to-peak.
         """
 
 
@@ -203,6 +204,7 @@ class AddedChannel:
     extent: peak-to-peak at the scan's own speed and load, as in `channels.ChannelPlan`; 0 if the channel is silent.
     error: largest error relative to that peak-to-peak.
     method: how the channel is computed, in words.
+    unfelt: error below which nobody is warned, whatever the tolerance.
     """
 
     quantity: str
@@ -210,6 +212,7 @@ class AddedChannel:
     extent: float
     error: float
     method: str
+    unfelt: float = 0.0
 
 
 class OutputStage(Protocol):

@@ -32,9 +32,11 @@ from pydantic import Field
 from synth.arrays import Array
 from synth.effects.effect import MotionEffect, Price
 from synth.motion.dragged_hand import DraggedHand
+from synth.motion.moved_skin import SETTLING
 from synth.motion.stick_slip_onset import dragged, fall_of_friction, most_damping, sticks_and_slips, unstable
 from synth.scene.effects_section import AUTO
 from synth.scene.finger_section import KINDS
+from synth.scene.line_scan import as_written
 from synth.scene.quantity import Dimension
 from synth.scene.rules import Choice, Fields, Quantity, Refusal, refusal
 from synth.scene.scene import Scene
@@ -115,7 +117,8 @@ class StickSlipSettings(Section):
     )
     full_scale: Annotated[float | None, Quantity(Dimension.LOAD, 1e-12, 1e6)] = Field(
         default=None,
-        description="Force that a sample of 1.0 stands for; null: the force at which the finger slips becomes 0.8.",
+        description="Force that a sample of 1.0 stands for; null: the force at which the finger slips becomes 0.8, or "
+        "the largest of a file if it is larger.",
     )
 
     @property
@@ -174,7 +177,8 @@ class StickSlip(MotionEffect["Preparation"]):
 
     def told(self, scene: Scene, settings: StickSlipSettings, *, by_hand: bool) -> dict[str, Any]:
         """See `MotionEffect`."""
-        p, load, speed = settings.parameters, max(scene.scan.load, 0.0), abs(scene.scan.speed)
+        scan = as_written(scene).scan
+        p, load, speed = settings.parameters, max(scan.load, 0.0), abs(scan.speed)
         falls, most = fall_of_friction(p, load, speed), most_damping(p, load)
         slides = f"Sliding at {1e3 * speed:.4g} mm/s and {load:.4g} N is"
         onset = unstable(p, load, speed)
@@ -184,12 +188,14 @@ class StickSlip(MotionEffect["Preparation"]):
             "damping": settings.damping,
             "damping_above_which_every_speed_slides": most,
         }
-        found = dragged(p, load, speed, scene.output.sample_rate)
+        found = dragged(p, load, speed, scene.output.sample_rate).after(SETTLING + scene.output.duration)
         document |= {"frequency_hz": found.frequency, "slip_share": found.slip_share}
         document |= {"mean_force": found.force[0], "force_peak_to_peak": found.force[1], "error": found.error}
-        document |= {"place_error": found.place_error}
+        document |= {"force_error": found.force_error, "place_error": found.place_error}
         how = f"{'unstable' if onset else 'stable'}: friction falls by {falls:.3g} N s/m, and the damper has "
         how += f"{settings.damping:.3g} N s/m."
+        if falls > settings.damping and not onset:
+            how += " The bristle bends before friction falls, which keeps it stable."
         if found.frequency > 0.0:
             how += " A finger that" if onset else " A finger that slides goes on sliding, but one that"
             how += f" starts at rest sticks and slips at {found.frequency:.3g} Hz and slips for "
@@ -212,15 +218,15 @@ class StickSlip(MotionEffect["Preparation"]):
         """See `OutputEffect`."""
         from synth.voice.friction_force import FrictionStage
 
-        p, scan, rate = settings.parameters, solved.scene.scan, solved.scene.output.sample_rate
-        found = dragged(p, max(scan.load, 0.0), abs(scan.speed), rate)
-        known, rise = (found.force[1], found.error), settings.moisture_rise
+        p, scan, output = settings.parameters, as_written(solved.scene).scan, solved.scene.output
+        found = dragged(p, max(scan.load, 0.0), abs(scan.speed), output.sample_rate).after(SETTLING + output.duration)
+        known, rise = (found.force[1], found.force_error), settings.moisture_rise
         return FrictionStage.of(solved, settings.friction, rise, self.scales(settings), QUANTITIES, known)
 
 
 def _may_slip(scene: Scene, settings: StickSlipSettings, *, by_hand: bool) -> bool:
     """Return whether the finger sticks and slips at the speed of a scan, or at one that a hand may have."""
-    scan, p = scene.scan, settings.parameters
+    scan, p = as_written(scene).scan, settings.parameters
     loads = [point[-1] for point in scan.trajectory] if scan.trajectory is not None else [scan.load]
     if scan.stroke is not None:
         loads = [scan.stroke.load]

@@ -1,9 +1,9 @@
 """Moves the skin as `skin_drag` does: along a line, or over an area along both axes.
 
 Stage   MOTION, a `Mover` of `moved_skin`.
-Model   Along a line the skin is dragged along it. Over an area each axis is dragged, with the share of the hand's speed
-        along it in its load and in the speed of Stribeck, so that along a straight line in any direction the motion is
-        that along a line. A hand at rest keeps the shares that it had.
+Model   Along a line the skin is dragged along it. Over an area each axis is dragged, with its share (`slip_direction`)
+        of the load and of the speed of Stribeck, so that along a straight line in any direction the motion is that
+        along a line.
 Limits  Where a path bends, friction along one axis does not depend on the speed along the other, but for the shares. A
         hand over an area moves at a constant speed between two frames.
 """
@@ -16,9 +16,8 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.motion.motion import ACROSS, LOAD, SPEED, SPEED_RATE, Motion
-from synth.motion.skin_drag import at_rest, drag
-
-LEAST = 1e-3  # share of an axis across which a hand moves: 0 has no Stribeck speed
+from synth.motion.skin_drag import KINETIC, SPRING, at_rest, drag
+from synth.motion.slip_direction import slack, write_shares
 
 
 @dataclass(slots=True)
@@ -28,13 +27,13 @@ class DragState:
     axes: state of `skin_drag` along x, and across.
     place: of the hand at the last frame, along x and across (m); None before the first.
     speed: of the hand at the last frame, and its rate (m/s, m/s^2).
-    shares: of both axes at the last frame.
+    direction: state of `slip_direction`.
     """
 
     axes: tuple[Array, Array] = field(default_factory=lambda: (at_rest(), at_rest()))
     place: Array | None = None
     speed: tuple[float, float] = (0.0, 0.0)
-    shares: Array = field(default_factory=lambda: np.array([1.0, LEAST]))
+    direction: Array = field(default_factory=slack)
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,10 +57,14 @@ class DraggedHand:
         places = self._places(state, hand)
         first = places[:, :1] if state.place is None else state.place[: len(places), np.newaxis]
         travel = np.diff(places, axis=1, prepend=first)
+        speeds: Array
+        shares: Array
         if len(places) == 1:
             speeds, shares = hand.samples[SPEED : SPEED + 1], np.ones((1, hand.frames))
         else:
-            speeds, shares = travel * self.rate, self._shares(state, travel)
+            speeds, shares = travel * self.rate, np.empty(travel.shape)
+            lengths = load * (self.parameters[KINETIC] / self.parameters[SPRING])
+            write_shares(state.direction, np.ascontiguousarray(travel), np.ascontiguousarray(lengths), shares)
         state.place = np.append(places[:, -1], [0.0])[:2]
         state.speed = hand.samples.item(SPEED, -1), hand.samples.item(SPEED_RATE, -1)
         skin = np.empty((len(places), 3, hand.frames))
@@ -85,12 +88,3 @@ class DraggedHand:
             moved[0] = 0.0
         begun = 0.0 if state.place is None else float(state.place[0])
         return np.asarray(np.cumsum(np.concatenate([[begun], moved]))[np.newaxis, 1:])
-
-    def _shares(self, state: DragState, travel: Array) -> Array:
-        """Return the share of each axis at each frame [2, frames]."""
-        moved = np.hypot(*travel)
-        known = np.maximum.accumulate(np.where(moved > 0.0, np.arange(1, len(moved) + 1), 0))
-        shares = np.abs(travel) / np.where(moved > 0.0, moved, 1.0)
-        shares = np.concatenate([state.shares[:, np.newaxis], np.maximum(shares, LEAST)], axis=1)[:, known]
-        state.shares = shares[:, -1]
-        return np.asarray(shares)

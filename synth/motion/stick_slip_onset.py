@@ -13,7 +13,8 @@ Model   Sliding at V is linear for small motions. Friction falls with speed by a
 
         a is largest at V = v_s / sqrt(2), where it is 0.858 N (mu_s - mu_d) / v_s. With more damping than that, every
         speed slides, as tau only helps.
-        What a finger does at a speed is measured: it starts stuck, and is dragged until SLIPS of its slips are over.
+        What a finger does at a speed is measured: it starts stuck, and is dragged until SLIPS of its slips are over,
+        and on until the force varies as much in the last quarter of the time as in the one before.
 Source  Derived for this project. tests/synth/motion/test_skin_drag.py compares it with simulations.
 Limits  Above the onset a finger that starts stuck may slip and stick on for ever, though sliding would be stable: the
         onset is for small motions. `dragged` measures which of the two occurs.
@@ -43,8 +44,10 @@ from synth.motion.skin_drag import (
 STEEPEST = math.sqrt(2.0 / math.e)  # of N (mu_s - mu_d) / v_s: the largest fall of friction, 0.858
 SLIPS = 8  # slips that are measured, after as many that are not
 STILL = 0.1  # of the speed of the hand: a slower skin counts as stuck, since it creeps before it slips
-LONGEST, FRAMES = 600.0, 1 << 15  # s and frames of a measurement, at most; a longer one has longer frames
+LONGEST, FRAMES = 600.0, 1 << 15  # s and frames of a first measurement, at most; a longer one has longer frames
+DOUBLINGS, SETTLED = 4, 0.02  # of the time, at most, until the peak-to-peak of the force changes by less than this part
 FINER = 4  # times the steps, by which the error is measured
+CHANGE = 2.0  # error over that change: 1.6 against steps of a twenty-fourth, since friction has kinks
 RUBBED = 1e-3  # of the mean force: a force that varies by less is that of steady sliding
 
 
@@ -56,14 +59,23 @@ class Dragged:
     slip_share: part of the time in which the skin slips; 1 if it slides.
     force: mean and peak-to-peak of the force of friction, N.
     error: of the frequency or of that peak-to-peak, whichever is larger, relative to it.
+    force_error: largest error of the force at any time of the measurement, relative to that peak-to-peak.
     place_error: of the place of the skin, m.
+    seconds: of the measurement. Slips drift: later, errors at a time grow with it.
     """
 
     frequency: float
     slip_share: float
     force: tuple[float, float]
     error: float = 0.0
+    force_error: float = 0.0
     place_error: float = 0.0
+    seconds: float = 0.0
+
+    def after(self, seconds: float) -> Dragged:
+        """Return this with the errors at any time of a motion of that length (s)."""
+        drift = max(1.0, seconds / self.seconds) if self.seconds else 1.0
+        return replace(self, force_error=min(drift * self.force_error, 1.0), place_error=drift * self.place_error)
 
 
 def fall_of_friction(p: Array, load: float, speed: float) -> float:
@@ -100,14 +112,27 @@ def dragged(p: Array, load: float, speed: float, rate: float) -> Dragged:
     first = p[STATIC] * load / p[SPRING] / abs(speed)  # s: the spring reaches static friction
     seconds = min(2 * SLIPS * (first + 2.0 * math.pi * math.sqrt(p[MASS] / p[SPRING])), LONGEST)
     rate = min(rate, FRAMES / seconds)
-    frames = math.ceil(seconds * rate)
-    usual, finer = (_rows(p, load, speed, times * rate, times * frames + 1) for times in (1, FINER))
+    for doubling in range(DOUBLINGS + 1):
+        frames = math.ceil(seconds * rate)
+        usual = _rows(p, load, speed, rate, frames + 1)
+        if doubling == DOUBLINGS or _settled(usual[2]):
+            break
+        seconds *= 2.0
+    finer = _rows(p, load, speed, FINER * rate, FINER * frames + 1)
     found, other = _measured(usual, speed, rate), _measured(finer, speed, FINER * rate)
+    place, force = (CHANGE * float(np.max(np.abs(usual[row] - finer[row, ::FINER]))) for row in (0, 2))
+    extent = found.force[1] if found.frequency > 0.0 else float(np.ptp(usual[2]))
+    found = replace(found, force_error=force / extent if extent > 0.0 else 0.0, place_error=place, seconds=seconds)
     if found.frequency == 0.0:
         return found
     of_frequency = abs(found.frequency / other.frequency - 1.0) if other.frequency else 1.0
-    error = max(of_frequency, abs(found.force[1] / other.force[1] - 1.0))
-    return replace(found, error=error, place_error=float(np.max(np.abs(usual[0] - finer[0, ::FINER]))))
+    return replace(found, error=max(of_frequency, abs(found.force[1] / other.force[1] - 1.0)))
+
+
+def _settled(force: Array) -> bool:
+    """Return whether the force varies as much in its last quarter as in the quarter before, or hardly at all."""
+    third, last = (float(np.ptp(part)) for part in np.array_split(force, 4)[2:])
+    return abs(last - third) <= SETTLED * max(last, third) or max(last, third) <= RUBBED * float(np.mean(force))
 
 
 def _rows(p: Array, load: float, speed: float, rate: float, frames: int) -> Array:

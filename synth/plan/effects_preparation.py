@@ -77,7 +77,7 @@ class PreparedEffects:
         """
         gone: tuple[str, ...] = ()
         limit, note = felt, ""
-        late = {channel.quantity: channel.error for channel in self.channels}
+        late = {channel.quantity: channel.error for channel in self.channels if channel.error > channel.unfelt}
         if self.simulation is not None:
             late |= {channel.quantity: channel.error for channel in channels}
             limit, note = NEARLY * tolerance, " Effects are simulated step by step."

@@ -55,8 +55,8 @@ from synth.scene.scene import Scene
 
 WIDE = 64  # harmonics in the band: a live scan of an area with more is solved along its path, as its series takes long
 FELT = 0.1  # of the peak-to-peak: smaller errors cause no warning, as a hand distinguishes amplitudes by 0.1 to 0.25
-OVER_PLACES = 3.0, 4.5, 6.0
-"""Error of each order over that of a steady scan in other places: up to 1.8 and 4.6 were seen."""
+OVER_PLACES = 1.0, 1.0, 2.0
+"""Error of each order over that of a steady scan in other places: up to 0.9 of them were seen, where waves are short."""
 EXACT = 1e-6  # tolerance of "exact": the folded error below 0.40 of the rate (design, section 4)
 
 
@@ -189,8 +189,9 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
     if solved.effects is None:
         return solved
     prepared = solved.effects
-    moved = (one.motion for one in prepared.called if one.motion is not None)
-    solved = _with_places(solved, sum(float(told["place_error"]) for told in moved))
+    moved = next((one.motion for one in prepared.called if one.motion is not None), None)
+    if moved is not None:
+        solved = _with_places(solved, float(moved["place_error"]), float(moved["force_error"]))
     solved, effects = _with_stages(solved, prepared, cache, exact=exact)
     level = () if solved.live else level_of_effects(scene, effects)
     return replace(solved, warnings=(*solved.warnings, *level))
@@ -263,8 +264,9 @@ def _silent(solved: Preparation, silence: str, cache: ResponseCache, error: floa
         return solved
     moving = tuple(one for one in outputs_of(scene) if one[0].kind == Kind.MOTION)
     stages = tuple(effect.prepare(solved, settings, cache) for effect, settings in moving)
-    effects = left_out(scene, silence, by_hand=solved.by_hand)
-    return replace(solved, effects=replace(effects, stages=stages))
+    effects = replace(left_out(scene, silence, by_hand=solved.by_hand), stages=stages)
+    more = effects.warnings(solved.tolerance, max(FELT, solved.tolerance), ())
+    return replace(solved, effects=effects, warnings=(*solved.warnings, *more))
 
 
 def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> Preparation:
@@ -315,18 +317,19 @@ def _with_effects(solved: Preparation, shapes: PreparedEffects) -> Preparation:
     return replace(solved, effects=effects, channels=channels)
 
 
-def _with_places(solved: Preparation, shift: float) -> Preparation:
+def _with_places(solved: Preparation, shift: float, late: float) -> Preparation:
     """Return `solved` with the errors of its channels where the places of the skin err by `shift` (m).
 
-    They are relative to the peak-to-peak along the skin's own motion.
+    They are relative to the peak-to-peak along the skin's own motion. Where waves are longer than slips, the error is
+    of the moments of slips, as that of the force is: `late`, relative to its peak-to-peak.
     """
-    if shift == 0.0 or solved.turns == 0.0:
+    if (shift == 0.0 and late == 0.0) or solved.turns == 0.0:
         return solved
     steady, turn, changed = solved.steady, abs(solved.turns) * solved.period, []
     for one in solved.channels:
         extent, slope = extent_and_peak(steady.series(one.order))[0], extent_and_peak(steady.series(one.order + 1))[1]
         more = OVER_PLACES[one.order] * slope * shift / (turn * extent) if extent > 0.0 else 0.0
-        changed.append(replace(one, error=one.error + more))
+        changed.append(replace(one, error=one.error + more + late))
     return replace(solved, channels=tuple(changed))
 
 

@@ -18,7 +18,7 @@ def silence_of(asked: Request, geometry: Geometry) -> str:
     """Return why the finger of the request does not move at all, or ""."""
     if geometry.texture_amplitude == 0.0:
         named = " (texture.amplitude is 0 m)" if asked.scene.texture.kind == DEFAULT else ""
-        return f"The texture has no height{named}, so the finger does not move."
+        return f"The texture has no height{named}, so the finger does not move up and down."
     if asked.scene.scan.load == 0.0:
         return "The finger does not touch the texture (the load is 0 N), so it does not move."
     motion = ScanMotion(asked.scene, whole=asked.live)

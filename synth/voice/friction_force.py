@@ -25,6 +25,7 @@ from synth.scene.line_scan import as_written
 from synth.voice.friction_direction import after_hand, along_scan, directed
 from synth.voice.table_reading import delayed
 
+LATE = 0.1  # of the peak-to-peak: a smaller error is of the moments of slips, which nobody feels
 SMALL = 0.1  # of v_s: speed within which the force of sliding changes its sign; at once, it would click
 
 
@@ -75,10 +76,12 @@ class FrictionStage:
         own = ScanMotion(as_written(solved.scene), whole=solved.live)
         load = max(solved.scene.scan.load if solved.by_hand else own.recorded_loads()[1], 0.0)
         slips = rise * law[0] * load
+        if not solved.by_hand:  # a stiff damper of the bristle adds to the force at which it slips
+            slips = max(slips, own.strongest(np.inf if solved.live else solved.scene.output.duration))
         method = "motion of the skin" if own.moved else "sliding"
         channels = tuple(
             AddedChannel(
-                quantity, scale or (slips / PEAK if slips > 0.0 else 1.0), found[0], found[1] + ROUNDING, method
+                quantity, scale or (slips / PEAK if slips > 0.0 else 1.0), found[0], found[1] + ROUNDING, method, LATE
             )
             for quantity, scale in zip(quantities, scales, strict=False)
         )

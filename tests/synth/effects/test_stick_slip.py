@@ -217,7 +217,7 @@ def test_the_plan_tells_onset_frequency_slip_share_and_error() -> None:
     assert 0.0 < told["error"] < 1e-3
     assert told["fall_of_friction"] == pytest.approx(0.5 * 0.45 * 2.0 / 0.01 * math.exp(-1.0))
     assert told["damping_above_which_every_speed_slides"] == pytest.approx(0.8578 * 0.5 * 0.45 / 0.01, rel=1e-3)
-    assert plan.estimated_error["friction_force"] < 1e-3
+    assert told["error"] < plan.estimated_error["friction_force"] == pytest.approx(told["force_error"], rel=1e-3)
 
 
 def test_moisture_is_off_unless_asked_and_raises_friction_on_glass() -> None:
@@ -279,4 +279,4 @@ def test_a_file_errs_by_no_more_than_the_plan_says(quantity: str) -> None:
             found.append((drawn[:: rate // RATE, 0], plan.estimated_error[quantity]))
         (usual, told), (finer, _told) = found
         assert np.max(np.abs(usual - finer)) <= told * np.ptp(finer)
-        assert told < 0.02
+        assert told < 0.05, "at 8 kHz, at any time of half a second"
