@@ -79,22 +79,34 @@ class SelfAffineArea(HeightField):
         return 2.0 * math.pi / self.period * along, 2.0 * math.pi / self.across * across
 
     @cached_property
-    def _coefficients(self) -> Waves:
-        """A exp(i p) of each wave (m): [m, n]."""
+    def _waves(self) -> tuple[Indices, Indices, Array]:
+        """Row and column of each wave not shorter than `shortest`, in order of q, and its q (1/m)."""
         along, across = self._rates
         q = np.hypot(along, self.aspect * across[:, np.newaxis]) / (2.0 * math.pi)
         half = (along > 0.0) | (across[:, np.newaxis] > 0.0)  # without the mean and the other half of the plane
-        drawn = np.nonzero(half & (q * self.shortest <= 1.0 + ROUNDING))
-        order = np.lexsort([*drawn, q[drawn]])
-        waves = drawn[0][order], drawn[1][order]
-        sizes = np.where(q[waves] * self.longest >= 1.0 - ROUNDING, q[waves] ** -(1.0 + self.hurst), 0.0)
-        unit = sizes if self.rms_height is not None else sizes * along[waves[1]]
+        rows, columns = np.nonzero(half & (q * self.shortest <= 1.0 + ROUNDING))
+        order = np.lexsort([columns, rows, q[rows, columns]])
+        return rows[order], columns[order], q[rows, columns][order]
+
+    @property
+    def in_band(self) -> bool:
+        """Whether a wave that varies along x lies between `shortest` and `longest`."""
+        _rows, columns, q = self._waves
+        return bool(np.any((columns > 0) & (q * self.longest >= 1.0 - ROUNDING)))
+
+    @cached_property
+    def _coefficients(self) -> Waves:
+        """A exp(i p) of each wave (m): [m, n]."""
+        along, across = self._rates
+        rows, columns, q = self._waves
+        sizes = np.where(q * self.longest >= 1.0 - ROUNDING, q ** -(1.0 + self.hurst), 0.0)
+        unit = sizes if self.rms_height is not None else sizes * along[columns]
         wanted = self.rms_height if self.rms_height is not None else self.rms_slope
         assert wanted is not None
         sizes *= wanted * math.sqrt(2.0) / float(np.linalg.norm(unit))
-        phases = np.random.Generator(np.random.PCG64(self.seed)).random(len(order))
-        found = np.zeros(q.shape, complex)
-        found[waves] = sizes * np.exp(2j * math.pi * phases)
+        phases = np.random.Generator(np.random.PCG64(self.seed)).random(len(q))
+        found = np.zeros((len(across), len(along)), complex)
+        found[rows, columns] = sizes * np.exp(2j * math.pi * phases)
         return np.asarray(found * np.exp(1j * self.phase * np.arange(len(along))))
 
     def area(self, x: Array, y: Array) -> Array:
