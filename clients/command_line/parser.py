@@ -65,7 +65,7 @@ EXAMPLES = {
         ("analyze grating-1mm-31um --everyday", "by vibration, by its spatial pattern, or not at all"),
         ("analyze scene.json --set scan.speed=40mm/s --json", "for a program"),
         ("analyze scan.wav --quantity acceleration --scale 98.1", "of a recording whose full scale is 10 g"),
-        ("analyze denim-72x56 --everyday --beside corduroy-14-wale", "whether two textures are told apart"),
+        ("analyze corduroy-21-wale --everyday --beside corduroy-14-wale", "whether two textures are told apart"),
     ),
     "compare": (
         ("compare scene.json scan1.wav scan2.csv --quantity acceleration", "measurements beside the model"),

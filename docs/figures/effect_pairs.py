@@ -30,7 +30,7 @@ FINGERS: dict[str, dict[str, Any]] = {
 TEXTURES: dict[str, dict[str, Any]] = {
     "sinusoid": {"kind": "sinusoid"},
     "of the catalogue": {"kind": "grating-1mm-31um"},
-    "rough": {"kind": "sandpaper-p400"},
+    "rough": {"kind": "moulded-plastic"},
     "long profile": {"kind": "profile", "heights": WAVE * 75, "spacing": "50 um"},
     "dots": {"kind": "dots"},
     "height map": {"kind": "heightmap", "rows": HEIGHTS, "spacing": "0.2 mm"},

@@ -4,7 +4,7 @@ Stage   1 (SCENE): a scene names a kind and sets its fields. A later stage makes
 Model   A kind is a file of `synth/surfaces` with a declaration KIND, which contains the kind's name and fields. The
         registry finds these files. To add a kind, add a file there; nothing else has to change.
 Limits  Kinds can share the name of a field only if they share its rule. These are the fields in SHARED, and those that
-        the section of a kind inherits from the section of another.
+        the section of a kind inherits from that of another.
 """
 
 from __future__ import annotations

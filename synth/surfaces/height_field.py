@@ -26,9 +26,11 @@ class HeightField(Profile):
     """Heights over an area. A height field is immutable.
 
     across: period in y, m; `period` is that in x.
+    random: whether it is a sum of many waves of random phase.
     """
 
     of_area = True
+    random = False
     across: float
 
     @abstractmethod

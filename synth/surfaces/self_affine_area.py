@@ -64,6 +64,7 @@ class SelfAffineArea(HeightField):
     aspect: float = 1.0
     phase: float = 0.0
     kind = "rough_area"
+    random = True
 
     @property
     def key(self) -> Hashable:

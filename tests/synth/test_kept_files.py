@@ -22,7 +22,7 @@ from synth.surfaces.surface_data import SurfaceData, remember
 from synth.voice.hand_voice import HandVoice
 
 TEXT: FileForm[Any] = FileForm(".txt", lambda entry: entry.text.encode(), lambda content: Text(content.decode()))
-USUAL = {"finger": {"kind": "fingertip"}, "texture": {"kind": "denim-72x56"}}
+USUAL = {"finger": {"kind": "fingertip"}, "texture": {"kind": "lenticular-60-lpi"}}
 KINDS = {".json": 4, ".safetensors": 1}  # two series, their columns and the usual peaks; the table
 
 
@@ -89,7 +89,7 @@ def test_a_later_process_solves_nothing_and_sounds_the_same(folder: Path, monkey
 
 
 def test_a_surface_that_is_solved_directly_is_found_again_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    rough = {"finger": {"kind": "fingertip"}, "texture": {"kind": "sandpaper-p40"}}
+    rough = {"finger": {"kind": "fingertip"}, "texture": {"kind": "rough-sawn-board"}}
     solved, first = opened(None, rough), opened(tmp_path, rough)
     assert endings(tmp_path) == {".json": 5}, "two series, their columns, the usual peaks and the direct plan"
     sound = stroked(first)
@@ -120,7 +120,7 @@ def test_a_series_is_read_bit_for_bit() -> None:
 @pytest.mark.parametrize(
     "change",
     [
-        {"texture": {"kind": "denim-72x56", "phase": 1.0}},
+        {"texture": {"kind": "lenticular-60-lpi", "phase": 1.0}},
         {"texture": {"period": "0.7 mm"}},
         {"finger": {"kind": "fingertip", "seed": 3}},
         {"effects": {"inertia": {}}},

@@ -37,8 +37,8 @@ STEADY_RMS = """async () => {
 SIX = (
     "grating-500um-40um",
     "sinusoid",
-    "denim-72x56",
-    "sandpaper-p220",
+    "lenticular-60-lpi",
+    "moulded-plastic",
     "vinyl-record-114um",
     "grating-20mm-400um",
 )

@@ -149,9 +149,9 @@ QUICK: dict[str, dict[str, Any]] = {
         "finger": {"kind": "fingertip"},
         "scan": {"trajectory": tracked(1e-3, 0.09, 0.1, 0.2, 1.0, stop=0.05)},
     },
-    "a fingertip on sandpaper": {
+    "a fingertip on a rough board": {
         "finger": {"kind": "fingertip"},
-        "texture": {"kind": "sandpaper-p120"},
+        "texture": {"kind": "rough-sawn-board"},
         "scan": {"trajectory": tracked(2e-3, 0.1815, 0.3, 0.02, 1.5)},
         "output": {"sample_rate": 48000},
     },

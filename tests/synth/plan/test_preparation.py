@@ -64,7 +64,7 @@ def test_full_scales_are_08_of_the_peak_of_the_oracle() -> None:
         assert channel.extent == pytest.approx(wanted.peak_to_peak(channel.quantity), rel=0.01)
 
 
-@pytest.mark.parametrize("name", ["moulded-plastic", "oak-along", "denim-72x56"])
+@pytest.mark.parametrize("name", ["moulded-plastic", "oak-along", "lenticular-60-lpi"])
 def test_the_peak_of_a_file_is_08_between_the_points_of_the_series_too(name: str) -> None:
     (everyday,) = (entry.everyday for entry in catalogue() if entry.name == name)
     scene = parse_scene({**everyday, "output": {"duration": 1.0, "sample_rate": 192000}})
