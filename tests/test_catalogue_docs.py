@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from docs.figures import area_statistics
 from docs.figures.catalogue import LETTERS, MARK, PAGE, tables
 from synth.scene.catalogue import TRUST
 
@@ -9,6 +10,12 @@ from synth.scene.catalogue import TRUST
 def test_the_tables_are_those_of_the_catalogue() -> None:
     made = PAGE.read_text("utf-8").partition(MARK)[2]
     assert made == tables(), "run python -m docs.figures.catalogue"
+
+
+def test_the_statistics_are_those_of_the_areas() -> None:
+    page = PAGE.read_text("utf-8").partition(area_statistics.BEGIN)[2]
+    made = page.partition(area_statistics.END)[0]
+    assert made == area_statistics.table(), "run python -m docs.figures.area_statistics"
 
 
 def test_the_page_explains_every_letter() -> None:

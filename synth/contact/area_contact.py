@@ -36,6 +36,7 @@ from synth.surfaces.height_field import HeightField
 from synth.surfaces.ridge_field import turned_back
 
 CELLS_A_WAVE = 8  # per wave of the texture, along and across
+CELLS_A_RANDOM_WAVE = 5  # the same for a random texture, whose waves err differently: acceleration errs by 2 % there
 CELLS_A_RIDGE = 12  # per ridge, along and across, since ridges may lie in any direction
 FEWEST_CELLS = 24  # over the length or the width of a finger, whichever is shorter
 MOST_CELLS = 1 << 20  # of a finger: 16 MB
@@ -64,8 +65,9 @@ def lattice_step(
     """
     tall = math.pi * (texture.extent[1] - texture.extent[0])  # divided by the slope: period of a sinusoid
     own = max(CELLS_A_RIDGE / ridge, FEWEST_CELLS / min(size))
+    cells_a_wave = CELLS_A_RANDOM_WAVE if texture.random else CELLS_A_WAVE
     wanted = [
-        max(own, CELLS_A_WAVE * slope / tall if tall > 0.0 else 0.0)
+        max(own, cells_a_wave * slope / tall if tall > 0.0 else 0.0)
         for slope in (texture.slope_bound, texture.slope_across)
     ]
     cells = wanted[0] * size[0] * wanted[1] * size[1] / MOST_CELLS

@@ -104,11 +104,12 @@ def cell_means(
     x = np.asarray(np.arange(-before - edges[0], along + edges[0] - before) * (step[0] / finer[0]), np.float64)
     y = np.asarray(np.arange(rows) * (texture.across / rows), np.float64)
     means = np.empty((finer[1], finer[0], counts[1], counts[0]), np.float32)
+    lines = texture.lines(x)
     together = max(1, PLACES_TOGETHER // (along * finer[1]))
     for first in range(0, counts[1], together):
         end = min(first + together, counts[1])
         near = np.arange(first * finer[1] - edges[1], end * finer[1] + edges[1]) % rows
-        heights = texture.lattice(x, y[near])
+        heights = lines(y[near])
         heights /= np.float32(scale)
         heights = running_mean(running_mean(heights.T, finer[0], along).T, finer[1], (end - first) * finer[1])
         split = heights.reshape(end - first, finer[1], counts[0], finer[0])

@@ -9,8 +9,9 @@ Model   A group is a TOML file in the folder `textures` beside this file. Its fi
         file. `CatalogueEntry.everyday` is a whole scene: a fingertip that scans the texture as EVERYDAY.
 Source  EVERYDAY is the scan of the default scene. People scan textures at 10 to 160 mm/s in the experiments of
         Greenspon et al. 2019 (doi 10.1101/680322), and Fagiani & Barbieri 2016, section 2, find 0.05 to 1.8 N useful.
-Limits  No height was measured by this project. Apart from dots, a texture varies along the scan only: grains and fibres
-        side by side have equal heights. Such a surface vibrates more here than a real one of the same heights.
+Limits  No height was measured by this project. Textures of the kinds sinusoid, harmonics, grating and rough vary along
+        the scan only: grains and fibres side by side have equal heights. Such a surface vibrates more here than a real
+        one of the same heights.
 """
 
 from __future__ import annotations

@@ -3,7 +3,8 @@
 Stage   1 (SCENE): a scene names a kind and sets its fields. A later stage makes the heights (`surfaces`).
 Model   A kind is a file of `synth/surfaces` with a declaration KIND, which contains the kind's name and fields. The
         registry finds these files. To add a kind, add a file there; nothing else has to change.
-Limits  Kinds can share the name of a field only if they share its rule. These are the fields in SHARED.
+Limits  Kinds can share the name of a field only if they share its rule. These are the fields in SHARED, and those that
+        the section of a kind inherits from that of another.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ SPACING, USUAL_SPACING = Quantity(Dimension.LENGTH, 1e-9, 0.1, usual=1e-3), 10e-
 """Rule and default (m) of the field `spacing`."""
 
 
-SHARED = ("period", "amplitude", "roughness", "spacing", "surface", "ends")
+SHARED = ("period", "period_across", "amplitude", "roughness", "spacing", "surface", "ends")
 """Fields that several kinds share. `texture_section` declares them, and also phase and the moduli, which every kind
 has."""
 

@@ -85,6 +85,9 @@ class TextureFields(Section):
         default=0.8e-3,
         description="Distance after which the texture repeats (lambda2 of eq. 2). Of a rough one, 20 mm by default.",
     )
+    period_across: Annotated[float | None, Quantity(Dimension.LENGTH, 1e-6, 1.0, usual=0.05)] = Field(
+        default=None, description="rough_area, weave: the period across the scan; null: the period along it."
+    )
     amplitude: Annotated[float, AMPLITUDE] = Field(
         default=20e-6, description="sinusoid: half the height of the texture from valley to crest (a2 of eq. 2)."
     )

@@ -97,7 +97,7 @@ def pressure_of(scene: Scene, phases: int) -> tuple[Array, Array]:
     """
     contact, load = contact_of(scene), max(scene.scan.load, 0.0)
     if contact.geometry.over_area:
-        hint = "Choose a texture along a line."
+        hint = "Choose a texture along a line, such as corduroy-14-wale or copy-paper."
         raise SceneError([Fault("/texture", scene.texture.kind, "a texture that does not vary across", hint)])
     for effect, settings, _auto in asked(scene, Kind.SHAPE):
         shape: Any = effect

@@ -10,6 +10,7 @@ Limits  Periodic in x and y.
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -25,9 +26,11 @@ class HeightField(Profile):
     """Heights over an area. A height field is immutable.
 
     across: period in y, m; `period` is that in x.
+    random: whether it is a sum of many waves of random phase.
     """
 
     of_area = True
+    random = False
     across: float
 
     @abstractmethod
@@ -44,10 +47,14 @@ class HeightField(Profile):
         flat = np.ravel(np.asarray(places, np.float64))
         return np.asarray(self.area(flat, np.zeros(1))[0].reshape(np.shape(places)))
 
+    def lines(self, x: Array) -> Callable[[Array], Floats]:
+        """Return a function of y (m) that returns the heights (m) at every pair: float32 [len(y), len(x)]."""
+        return lambda y: self.area(x, y).astype(np.float32)
+
     def lattice(self, x: Array, y: Array) -> Floats:
         """Return the heights (m) at every pair of `x` and `y` (m): float32 [len(y), len(x)]."""
-        found = np.empty((len(y), len(x)), np.float32)
+        found, lines = np.empty((len(y), len(x)), np.float32), self.lines(x)
         step = max(1, ROWS_TOGETHER // len(x))
         for first in range(0, len(y), step):
-            found[first : first + step] = self.area(x, y[first : first + step])
+            found[first : first + step] = lines(y[first : first + step])
         return found

@@ -88,22 +88,24 @@ class RoughFields(Section):
 
     hurst: Annotated[float | None, Quantity(Dimension.NONE, 0.0, 1.0)] = Field(
         default=0.8,
-        description="rough: Hurst exponent; the spectrum falls as q^-(1 + 2 hurst).",
+        description="rough, rough_area: Hurst exponent; the spectrum of a line falls as q^-(1 + 2 hurst).",
     )
     rms_height: Annotated[float | None, Quantity(Dimension.LENGTH, 0.0, 0.5e-3, usual=0.25e-3)] = Field(
-        default=10e-6, description="rough: root mean square height Rq."
+        default=10e-6, description="rough, rough_area: root mean square height Rq."
     )
     rms_slope: Annotated[float | None, Quantity(Dimension.NONE, 0.0, 5.0)] = Field(
-        default=None, description="rough: instead of rms_height, the root mean square slope."
+        default=None, description="rough, rough_area: instead of rms_height, the root mean square slope along the scan."
     )
     longest: Annotated[float | None, _LENGTH] = Field(
-        default=None, description="rough: longest wave, at most the period; null: the period."
+        default=None, description="rough, rough_area: longest wave, at most the period; null: the period."
     )
     shortest: Annotated[float | None, _LENGTH] = Field(
-        default=None, description="rough: shortest wave; null: a 256th of the period. The minimum is an 8192nd."
+        default=None,
+        description="rough, rough_area: shortest wave; null: a 256th of the period, of a rough_area a 64th. "
+        "The minimum is an 8192nd, of a rough_area a 512th.",
     )
     seed: Annotated[int | None, Quantity(Dimension.NONE, 0, 1_000_000, whole=True)] = Field(
-        default=0, description="rough: seed of the phases; the same seed gives the same surface."
+        default=0, description="rough, rough_area: seed of the phases; the same seed gives the same surface."
     )
 
 
@@ -114,11 +116,16 @@ def _made(values: Mapping[str, Any]) -> Rough:
     return Rough(period, values["phase"], values["hurst"], height, slope, longest, shortest, int(values["seed"]))
 
 
+def given_twice(given: Fields) -> list[Refusal]:
+    """Refuse an rms slope beside an rms height."""
+    if "rms_height" not in given or "rms_slope" not in given:
+        return []
+    hint = "Leave one out: for a given spectrum, each determines the other."
+    return [refusal(["rms_slope"], given["rms_slope"], "rms_height or rms_slope, not both", hint)]
+
+
 def _refusals(values: Mapping[str, Any], given: Fields) -> list[Refusal]:
-    found: list[Refusal] = []
-    if "rms_height" in given and "rms_slope" in given:
-        hint = "Leave one out: for a given spectrum, each determines the other."
-        found.append(refusal(["rms_slope"], given["rms_slope"], "rms_height or rms_slope, not both", hint))
+    found = given_twice(given)
     period = values["period"]
     longest, shortest = values["longest"] or period, values["shortest"] or period / USUAL_ORDERS
     first, last = band_of(period, longest, shortest)
@@ -135,12 +142,7 @@ def _refusals(values: Mapping[str, Any], given: Fields) -> list[Refusal]:
     return found
 
 
+PAIRS = (("rms_height", "rms_slope"),)
 KIND = Kind(
-    "rough",
-    RoughFields,
-    _made,
-    defaults={"period": 20e-3},
-    steep="rms_height",
-    refusals=_refusals,
-    pairs=(("rms_height", "rms_slope"),),
+    "rough", RoughFields, _made, defaults={"period": 20e-3}, steep="rms_height", refusals=_refusals, pairs=PAIRS
 )

@@ -41,6 +41,8 @@ NEEDED = {
     "dots": {"period", "row_distance", "dot_height", "dot_diameter", "dot_top"},
     "grating": {"period", "height", "duty"},
     "rough": {"period", "rms_height", "hurst", "longest", "shortest"},
+    "rough_area": {"period", "rms_height", "hurst", "longest", "shortest"},
+    "weave": {"period", "weave", "thread_height"},
 }
 """The fields of a kind that an entry states itself, so that no default stands for a number without a source."""
 

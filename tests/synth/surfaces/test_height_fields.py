@@ -15,7 +15,9 @@ from synth.surfaces import profile_of
 from synth.surfaces.dots import Dots
 from synth.surfaces.height_field import HeightField
 from synth.surfaces.measured_area import ENDS, MeasuredArea
+from synth.surfaces.self_affine_area import SelfAffineArea
 from synth.surfaces.surface_data import SurfaceData, remember
+from synth.surfaces.weave import UP, Weave
 
 SEEDS = range(4)
 
@@ -35,8 +37,22 @@ def random_map(seed: int, ends: str) -> MeasuredArea:
     return MeasuredArea(SurfaceData(heights, (20e-6, 35e-6)), ends, 0.7)
 
 
+def random_rough(seed: int) -> SelfAffineArea:
+    random = np.random.default_rng([22, seed])
+    period, across, hurst = random.uniform(1e-3, 2e-3), random.uniform(1e-3, 2e-3), float(random.uniform(0.0, 1.0))
+    return SelfAffineArea(period, across, hurst, 10e-6, None, 0.9e-3, 0.1e-3, seed, 0.7, 1.0)
+
+
+def random_weave(seed: int) -> Weave:
+    random = np.random.default_rng([23, seed])
+    period, across = random.uniform(0.5e-3, 3e-3, 2)
+    height, width = (float(random.uniform(*ends)) for ends in ((10e-6, 300e-6), (0.3, 1.0)))
+    return Weave(period, across, list(UP)[seed % len(UP)], height, width, 1.0)
+
+
 def fields() -> list[HeightField]:
-    return [*map(random_dots, SEEDS), *(random_map(seed, ends) for seed in SEEDS for ends in ENDS)]
+    maps = [random_map(seed, ends) for seed in SEEDS for ends in ENDS]
+    return [*map(random_dots, SEEDS), *maps, *map(random_rough, SEEDS), *map(random_weave, SEEDS)]
 
 
 def test_every_kind_over_an_area_has_a_field_here() -> None:
@@ -83,6 +99,22 @@ def test_a_map_is_bilinear_and_its_mirror_has_no_steps() -> None:
     found = field.area(np.array([0.0, 0.5e-4, 2e-4, 3e-4, 4e-4]), y) - field.area(np.zeros(1), np.array([-1e-4]))
     wanted = 1e-6 * np.array([[0, 0.5, 2, 1, 0], [2, 2.5, 5.5, 3, 2], [4, 4.5, 9, 5, 4], [0, 0.5, 2, 1, 0]])
     assert np.allclose(found, wanted, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("weave", "faces"), [("plain", 0.5), ("2/1 twill", 2 / 3), ("3/1 twill", 0.75), ("sateen", 0.2)]
+)
+def test_threads_cross_as_their_weave_says(weave: str, faces: float) -> None:
+    cloth = Weave(5e-3, 4e-3, weave, 60e-6, 0.6)
+    x, y = (np.asarray(np.arange(cloth.threads) * (one / cloth.threads), np.float64) for one in (5e-3, 4e-3))
+    gaps = cloth.area(x + 0.5 * x[1], y + 0.5 * y[1])
+    assert np.allclose(gaps, cloth.bounds.lowest), "no thread covers the middle between four crossings"
+    assert np.allclose(cloth.area(x, y), cloth.bounds.highest), "one of both threads is on top of a crossing"
+    beside = cloth.area(x, y + 0.3 * y[1])  # at the side of the weft, where a warp thread on top is still high
+    on_top = beside > cloth.bounds.lowest + 30e-6
+    assert on_top.mean() == pytest.approx(faces)
+    assert np.all(on_top.sum(axis=0) == on_top.sum(axis=0)[0]) and np.all(on_top.sum(axis=1) == on_top.sum(axis=1)[0])
+    assert len(np.unique(on_top, axis=0)) == cloth.threads, "each weft thread has a pattern of its own"
 
 
 @pytest.mark.parametrize(

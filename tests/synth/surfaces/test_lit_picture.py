@@ -10,6 +10,8 @@ import pytest
 from PIL import Image
 
 from synth.encode.png import png_of
+from synth.scene.scene import parse_scene
+from synth.surfaces import profile_of
 from synth.surfaces.dots import Dots
 from synth.surfaces.grating import Grating
 from synth.surfaces.lit_picture import PIXELS, SIDE, lit_picture
@@ -48,6 +50,14 @@ def test_dots_are_round_and_in_their_places() -> None:
     assert np.ptp(rows) == pytest.approx(2 * reach, abs=4) and np.ptp(columns) == pytest.approx(2 * reach, abs=4)
     np.testing.assert_allclose(dot, dot[::-1], atol=60)  # the same above and below, but for the steps of a pixel
     assert dot[reach, reach // 2] > FLAT > dot[reach, reach + reach // 2 + 2]
+
+
+@pytest.mark.parametrize("name", ["sandpaper-p120", "concrete", "pebbled-leather", "denim-72x56", "burlap-11-per-inch"])
+def test_an_area_of_the_catalogue_is_drawn_as_an_area(name: str) -> None:
+    picture = lit_picture(profile_of(parse_scene(name))).astype(float)
+    along, across = (np.std(np.diff(picture, axis=axis)) for axis in (1, 0))
+    assert across > 0.2 * along, "rows differ"
+    assert np.all(lit_picture(profile_of(parse_scene("corduroy-14-wale"))).std(axis=0) == 0.0)
 
 
 def test_a_png_holds_exactly_the_picture() -> None:
