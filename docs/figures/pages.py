@@ -37,6 +37,8 @@ SOLID = (
 )
 HEARD = 96_000  # frames of sound before the pad's picture: its waveform and spectrum are full
 PRESSED = "() => [...ridgewave.fingers].some((finger) => finger.touching)"
+DRAWN = """() => ridgewave.views.surface.relief?.drawings > 20 && !document.querySelector("[data-stale]")
+  && ridgewave.views.threshold && [...document.querySelectorAll(".tile img[src]")].length > 8"""
 LISTEN = """() => {
   window.heard = 0;
   for (const finger of ridgewave.fingers) {
@@ -98,6 +100,7 @@ def pad(browser: Browser, url: str) -> bytes:
     page.click("#start:enabled")
     page.click("#stroke:enabled")
     page.wait_for_function(PRESSED)
+    page.wait_for_function(DRAWN)
     page.evaluate(LISTEN)
     page.wait_for_function("(frames) => heard >= frames", arg=HEARD)
     return taken(page)

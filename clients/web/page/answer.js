@@ -5,7 +5,7 @@ differ by some 10 dB, so nearer than that the answer says "near".
 Limits: lines are taken one by one; together they may be felt where each alone is not. */
 
 import { byId } from "../dom.js";
-import { inWords } from "../scene/quantities.js";
+import { inWords, quantityOf } from "../scene/quantities.js";
 
 const HIGHEST = 1000; // Hz, highest frequency that skin feels
 const EVERY = 250; // ms between answers; more often cannot be read
@@ -29,11 +29,11 @@ export function strongestFelt({ frequencies, amplitudes, threshold }) {
   return best;
 }
 
-/** Returns the answer for what the Spectrum has drawn, as a sentence. */
-export function answerOf(drawn, fullScale) {
+/** Returns the answer for what a Spectrum has drawn, as a sentence; "" while its threshold is not loaded. */
+export function answerOf({ drawn, fullScale, quantity }) {
   if (!drawn || !(drawn.largest.amplitude > SILENT * fullScale)) return "No vibration.";
   const found = strongestFelt(drawn);
-  if (!found) return "This quantity has no threshold.";
+  if (!found) return quantityOf(quantity).order === null ? "This quantity has no threshold." : "";
   const { level, frequency } = found;
   const where = `at ${inWords(Number(frequency.toPrecision(3)), "Hz")}`;
   if (Math.abs(level) < NEAR) return `Near the threshold ${where}`;
@@ -46,6 +46,6 @@ export function wireAnswer(spectrum) {
   setInterval(() => {
     if (spectrum.drawn === seen) return;
     seen = spectrum.drawn;
-    byId("answer").textContent = answerOf(seen, spectrum.fullScale);
+    byId("answer").textContent = answerOf(spectrum);
   }, EVERY);
 }

@@ -1,4 +1,4 @@
-/* The ghost: one silent stroke over the pad, before anybody has touched it, that leaves its waveform.
+/* The ghost: one silent stroke over the pad and back, before anybody has touched it, that leaves its waveform.
 
 Model: the service renders SPAN of the scene at SPEED, with which the ghost moves. What waveform and spectrum show is that
 sound, in its units. The first touch, key or change of the scene ends the ghost.
@@ -35,10 +35,10 @@ export class GhostStroke {
     const began = performance.now();
     const step = () => {
       if (!this.#running) return;
-      const length = this.pad.length;
-      const place = FROM * length + (SPEED * (performance.now() - began)) / 1e3;
-      if (place > TO * length) return this.end();
-      this.views.ghost({ position: place, load: null, y: 0 });
+      const { length } = this.pad;
+      const [moved, way] = [(SPEED * (performance.now() - began)) / 1e3, (TO - FROM) * length];
+      if (moved > 2 * way) return this.end();
+      this.views.ghost({ position: FROM * length + Math.min(moved, 2 * way - moved), load: null, y: 0 });
       requestAnimationFrame(step);
     };
     step();

@@ -64,6 +64,8 @@ export class LiveViews {
     this.#request = new AbortController();
     const { signal } = this.#request;
     const body = { scene, points: POINTS, phases: PHASES, area: AREA };
+    const threshold = this.#loadThreshold(scene.accuracy?.threshold ?? "fingertip");
+    threshold.catch(() => {}); // thrown below, after the picture
     const picture = await call("POST", "/v1/picture", body, signal).catch((error) => {
       if (!signal.aborted) throw error;
     });
@@ -75,7 +77,7 @@ export class LiveViews {
     this.scale(this.pad.metresPerPixel);
     this.contact.show(picture);
     this.strip.show(picture);
-    await this.#loadThreshold(scene.accuracy?.threshold ?? "fingertip");
+    await threshold;
     return !signal.aborted;
   }
 
@@ -152,7 +154,12 @@ export class LiveViews {
   async #loadThreshold(name) {
     if (name === this.#thresholdName) return;
     this.#thresholdName = name;
-    this.threshold = await call("GET", `/v1/threshold?name=${name}&low=1&high=5000&points=100`);
+    try {
+      this.threshold = await call("GET", `/v1/threshold?name=${name}&low=1&high=5000&points=100`);
+    } catch (error) {
+      this.#thresholdName = null; // the next picture asks again
+      throw error;
+    }
     this.spectrum.threshold(this.threshold);
   }
 

@@ -186,6 +186,7 @@ def test_every_option_reaches_the_service_and_axe_finds_nothing_serious(page: Pa
     (entry,) = stored(service)
     report = entry["report"]
     assert (report["level"], report["missing"]["rule"], report["spacing"]) == ("curvature", "fill", [2e-5, 3e-5])
+    page.click("[data-tab=feel]")
     page.click("#texture-sources summary")
     assert violations(page, "main") == []
 

@@ -201,6 +201,17 @@ def test_a_picture_that_a_service_could_not_answer_is_requested_again(kept_touch
         page.wait_for_function(agreed)
 
 
+def test_a_threshold_that_a_service_could_not_answer_is_requested_again(
+    kept_touch_page: Page, service: Running
+) -> None:
+    page = kept_touch_page
+    page.route("**/v1/threshold*", lambda route: route.abort(), times=1)
+    with visited(page, service.url + link_to({})) as watch:
+        watch.allow("ERR_")
+        loaded(page)
+        page.wait_for_function("() => ridgewave.views.threshold !== null")
+
+
 def test_a_stroke_is_recorded_rendered_and_replayed(comb_page: Page, tmp_path: Path, ridgewave: RunsRidgewave) -> None:
     comb_page.click("#record")
     comb_page.wait_for_function("() => document.getElementById('record').textContent === 'Stop recording'")

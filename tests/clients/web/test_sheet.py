@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 PHONE: dict[str, Any] = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
 PARTS = (".feel", ".plots", ".scene-fields")
 SECTIONS = "() => [...document.querySelectorAll('#form > details')].map(({id}) => id.replace('section-', ''))"
-FELT = "async (drawn) => (await import('/web/page/answer.js')).answerOf(drawn, 1)"
+FELT = """async ([drawn, quantity]) =>
+  (await import("/web/page/answer.js")).answerOf({drawn, quantity, fullScale: 1})"""
 
 
 def test_the_drawer_opens_with_the_fields_that_are_set_first(chromium: Browser, service: Running) -> None:
@@ -81,11 +82,12 @@ def test_the_answer_is_the_line_that_is_the_most_above_the_threshold(
         "threshold": [[10, 1000], [100, 1], [200, 1], [1000, 100]],
         "largest": {"amplitude": 50 * amplitude, "frequency": 20},
     }
-    assert functions.evaluate(FELT, drawn) == said
+    assert functions.evaluate(FELT, [drawn, "acceleration"]) == said
 
 
 def test_silence_and_a_force_have_an_answer(functions: Page) -> None:
     drawn = {"frequencies": [100], "amplitudes": [0.0], "threshold": [[10, 1], [1000, 1]], "largest": {"amplitude": 0}}
-    assert functions.evaluate(FELT, drawn) == "No vibration."
+    assert functions.evaluate(FELT, [drawn, "acceleration"]) == "No vibration."
     drawn |= {"threshold": [], "largest": {"amplitude": 1}}
-    assert functions.evaluate(FELT, drawn) == "This quantity has no threshold."
+    assert functions.evaluate(FELT, [drawn, "tangential_force"]) == "This quantity has no threshold."
+    assert functions.evaluate(FELT, [drawn, "acceleration"]) == "", "it is not loaded yet"
