@@ -40,6 +40,7 @@ export class PlotPanel {
     if (!same) this.window = plot && (plot.begin ?? [plot.across.low, plot.across.high]);
     if (same && !this.window) this.window = [plot.across.low, plot.across.high];
     Object.assign(this, { plot });
+    this.#fit();
     this.#badge = badge;
     const { canvas } = this.panel;
     canvas.toggleAttribute("aria-hidden", false);
