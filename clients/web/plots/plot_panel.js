@@ -33,8 +33,8 @@ export class PlotPanel {
     this.#fit();
   }
 
-  /** Shows `plot` with a word about it, such as "frozen"; null: the live plot. The window stays where the plot is of the
-   *  same kind. */
+  /** Shows `plot` with a word about it, such as "frozen"; null: the live plot. The window stays where the plot is of
+   *  the same kind. */
   show(plot, badge = "") {
     const same = plot && this.plot?.kind === plot.kind;
     if (!same) this.window = plot && (plot.begin ?? [plot.across.low, plot.across.high]);

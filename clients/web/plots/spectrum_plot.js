@@ -1,7 +1,7 @@
 /* The plot of a frozen spectrum: that of the newest samples of a snapshot, with the detection threshold.
 
-Model: the same transform as that of the live view (fourier_transform.js), at all its bins. The threshold is interpolated
-logarithmically between its frequencies. */
+Model: the same transform as that of the live view (fourier_transform.js), at all its bins. The threshold is
+interpolated logarithmically between its frequencies. */
 
 import { inWords, quantityOf } from "../scene/quantities.js";
 import { FourierTransform, largestLine } from "../views/fourier_transform.js";
