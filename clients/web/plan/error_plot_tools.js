@@ -38,8 +38,8 @@ const TOOLS = [
   ["csv", "CSV", "Download the numbers as CSV"],
 ];
 
-/** Fills the toolbar `place` of a plot. shown: {svg, axes, window, draw()}, see accuracy_control.js. measured: the answer
- *  of `POST /v1/accuracy`. */
+/** Fills the toolbar `place` of a plot. shown: {svg, axes, window, draw()}, see accuracy_control.js. measured: the
+ *  answer of `POST /v1/accuracy`. */
 export function mountErrorTools(place, shown, measured) {
   const rows = [...measured.methods].sort((one, other) => costOf(measured, one) - costOf(measured, other));
   const lines = [{ xs: rows.map((row) => costOf(measured, row)), ys: rows.map((row) => row.max_error) }];

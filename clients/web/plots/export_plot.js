@@ -1,8 +1,9 @@
 /* A plot as a file: SVG, PNG or CSV, with its header (file_header.js).
 
 Model: SVG and PNG have the size of the plot on the page and a line with hash and error below; SVG keeps the header as
-`metadata`, PNG as the text "ridgewave". The metadata of SVG also has `axes`, with which a path is read back. CSV has the
-header in lines that begin with "#", one line with the names of the columns, and the numbers of the part that is shown. */
+`metadata`, PNG as the text "ridgewave". The metadata of SVG also has `axes`, with which a path is read back. CSV has
+the header in lines that begin with "#", one line with the names of the columns, and the numbers of the part that is
+shown. */
 
 import { save } from "../page/download.js";
 import { captionOf, headerOf } from "./file_header.js";
@@ -14,8 +15,8 @@ const CAPTION = 20; // CSS px
 const PIXELS = 2; // of a PNG per CSS px
 const FORMATS = { svg: svgOf, png: pngOf, csv: csvOf };
 
-/** Downloads `plot` as a file of `format`: "svg", "png" or "csv". view: {width, height, colour(name), font(size)} of its
- *  panel, window: [low, high] of what is shown. */
+/** Downloads `plot` as a file of `format`: "svg", "png" or "csv". view: {width, height, colour(name), font(size)} of
+ *  its panel, window: [low, high] of what is shown. */
 export async function exportPlot(format, plot, view, window) {
   const header = await headerOf(plot);
   const blob = await FORMATS[format](plot, view, window, header);

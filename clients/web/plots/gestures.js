@@ -1,8 +1,8 @@
 /* Cursor and zoom of a plot by mouse, touch and keys.
 
-Model: a mouse that moves, or a finger that touches, moves the cursor. Two fingers, and the wheel with Ctrl, zoom. On the
-keyboard the arrows move the cursor by a point, with Shift by ten; + and - zoom; 0 shows the whole plot; Escape removes
-the cursor.
+Model: a mouse that moves, or a finger that touches, moves the cursor. Two fingers, and the wheel with Ctrl, zoom. On
+the keyboard the arrows move the cursor by a point, with Shift by ten; + and - zoom; 0 shows the whole plot; Escape
+removes the cursor.
 Limits: the wheel alone scrolls the page. */
 
 const FAR = 10; // points per arrow key with Shift

@@ -33,13 +33,14 @@ export class PlotPanel {
     this.#fit();
   }
 
-  /** Shows `plot` with a word about it, such as "frozen"; null: the live plot. The window stays where the plot is of the
-   *  same kind. */
+  /** Shows `plot` with a word about it, such as "frozen"; null: the live plot. The window stays where the plot is of
+   *  the same kind. */
   show(plot, badge = "") {
     const same = plot && this.plot?.kind === plot.kind;
     if (!same) this.window = plot && (plot.begin ?? [plot.across.low, plot.across.high]);
     if (same && !this.window) this.window = [plot.across.low, plot.across.high];
     Object.assign(this, { plot });
+    this.#fit();
     this.#badge = badge;
     const { canvas } = this.panel;
     canvas.toggleAttribute("aria-hidden", false);

@@ -3,7 +3,7 @@
 import { exportPlot } from "./export_plot.js";
 import { followGestures } from "./gestures.js";
 import { PlotPanel } from "./plot_panel.js";
-import { spectrumPlot } from "./spectrum_plot.js";
+import { lineInWords, spectrumPlot } from "./spectrum_plot.js";
 import { waveformPlot } from "./waveform_plot.js";
 import { inWords, quantityOf } from "../scene/quantities.js";
 
@@ -93,7 +93,11 @@ export class PlotSession {
       if (this.#view === view) this.#further = new SpectrogramView(this.#plots, EVERY, this.#frozen.spectrum?.snapshot);
     } else if (view === "comparison") {
       const { comparisonPlot } = await import("./comparison_plot.js");
-      const show = (panel, slots) => (slots.A || slots.B ? panel.show(comparisonPlot(slots)) : panel.show(null));
+      const show = (panel, slots) => {
+        const plot = slots.A || slots.B ? comparisonPlot(slots) : null;
+        panel.show(plot);
+        if (plot) this.#say("spectrum", plot.told);
+      };
       if (this.#view === view) this.#further = { show, pause() {}, close() {} };
       if (!this.#slots.A && !this.#slots.B) this.#say("spectrum", "Keep a spectrum as A, and another one as B.");
     }
@@ -128,7 +132,8 @@ export class PlotSession {
     const { drawn, axes, quantity } = view;
     const { unit } = quantityOf(quantity);
     const [xs, ys] = name === "waveform" ? [drawn.times, drawn.values] : [drawn.frequencies, drawn.amplitudes];
-    const describe = (x, y) => `${inWords(x, axes.across.log ? "Hz" : "s", 4)}: ${inWords(y, unit)}`;
+    const describe = (x, y) =>
+      name === "spectrum" ? lineInWords(x, y, unit, view.levels) : `${inWords(x, "s", 4)}: ${inWords(y, unit, 4)}`;
     return { plot: { lines: [{ xs, ys }], across: axes.across, describe }, axes };
   }
 

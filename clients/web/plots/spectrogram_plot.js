@@ -46,8 +46,8 @@ export class SampleKeeper {
   }
 }
 
-/** Returns the plot of `samples`, SI, the newest of which is that of `snapshot` (toolbar.js). ground and signal: colours
- *  [red, green, blue] of the least and the largest amplitude. */
+/** Returns the plot of `samples`, SI, the newest of which is that of `snapshot` (toolbar.js). ground and signal:
+ *  colours [red, green, blue] of the least and the largest amplitude. */
 export function spectrogramPlot(snapshot, samples, ground, signal) {
   const { rate, quantity } = snapshot;
   const { name, unit } = quantityOf(quantity);

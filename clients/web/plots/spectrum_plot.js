@@ -1,7 +1,7 @@
 /* The plot of a frozen spectrum: that of the newest samples of a snapshot, with the detection threshold.
 
-Model: the same transform as that of the live view (fourier_transform.js), at all its bins. The threshold is interpolated
-logarithmically between its frequencies. */
+Model: the same transform as that of the live view (fourier_transform.js), at all its bins. The threshold is
+interpolated logarithmically between its frequencies. */
 
 import { inWords, quantityOf } from "../scene/quantities.js";
 import { FourierTransform, largestLine } from "../views/fourier_transform.js";
@@ -28,8 +28,8 @@ export function spectrumPlot(snapshot) {
       ...(levels.length ? [thresholdLine(levels)] : []),
     ],
     marks: marks.map((x, index) => ({ x, label: index ? String(index + 1) : "u/λ" })),
-    told: `spectrum of the ${name}; the strongest sinusoid is ${describe(largest.frequency, largest.amplitude, unit, levels)}.`,
-    describe: (frequency, amplitude) => describe(frequency, amplitude, unit, levels),
+    told: `spectrum of the ${name}; the strongest sinusoid is ${lineInWords(largest.frequency, largest.amplitude, unit, levels)}.`,
+    describe: (frequency, amplitude) => lineInWords(frequency, amplitude, unit, levels),
     columns: ["frequency_Hz", nameOfColumn(quantity, unit), nameOfColumn("threshold", unit), "over_threshold_dB"],
     rows: (least, most) =>
       rowsWithin(xs, least, most, (index) => {
@@ -58,7 +58,8 @@ export function decibels(ratio) {
   return ratio > 0 ? 20 * Math.log10(ratio) : null;
 }
 
-function describe(frequency, amplitude, unit, levels) {
+/** Returns a line of a spectrum as text: its frequency, its amplitude and its level over the threshold. */
+export function lineInWords(frequency, amplitude, unit, levels) {
   const threshold = levelAt(levels, frequency);
   const level = threshold ? decibels(amplitude / threshold) : null;
   const over = level === null ? "" : `, ${overThreshold(level)}`;

@@ -70,8 +70,8 @@ class Plots {
       this.#use((plots) => plots.lifted(felt));
   }
 
-  /** Returns what a plot is made of: samples (SI) and their scales, as `Waveform.kept`, with the first frame of the stream
-   *  among them and its place, the threshold, the marks, the scene and the plan; null before any sound. */
+  /** Returns what a plot is made of: samples (SI) and their scales, as `Waveform.kept`, with the first frame of the
+   *  stream among them and its place, the threshold, the marks, the scene and the plan; null before any sound. */
   snapshot() {
     const { waveform, spectrum } = this.views;
     const finger = this.#finger;

@@ -1,8 +1,8 @@
 /* Reads the triangles of a glTF 2.0 file: GLB, or JSON with its buffers inside.
 
 Source: Khronos Group, "glTF 2.0 Specification", 2021, sections 3.6 (buffers and accessors), 3.7 (geometry), 4 (GLB).
-Limits: triangles with POSITION, NORMAL and indices; the name and the base colour of a material. No pictures, skins, animation,
-sparse accessors or compression. */
+Limits: triangles with POSITION, NORMAL and indices; the name and the base colour of a material. No pictures, skins,
+animation, sparse accessors or compression. */
 
 const [MAGIC, JSON_CHUNK, BINARY_CHUNK] = [0x46546c67, 0x4e4f534a, 0x004e4942];
 const TYPES = { 5121: Uint8Array, 5123: Uint16Array, 5125: Uint32Array, 5126: Float32Array };

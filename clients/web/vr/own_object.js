@@ -1,8 +1,8 @@
 /* The user's own object beside the table, from a glTF file.
 
-Model: a part whose material has the name of a texture of the service is touched with that texture, where its bounding box
-lies seen from above. Its position begins at the left end of that box. Other parts are drawn only. The highest point of
-the object lies in the plane of the swatches.
+Model: a part whose material has the name of a texture of the service is touched with that texture, where its bounding
+box lies seen from above. Its position begins at the left end of that box. Other parts are drawn only. The highest
+point of the object lies in the plane of the swatches.
 Limits: for the finger all parts are flat and in that plane, whatever is drawn; objects up to LARGEST. */
 
 import { START_SCENE } from "../scene/start_scene.js";
@@ -13,8 +13,8 @@ const LARGEST = 0.5; // m, which a person reaches
 const SMALLEST = 0.005; // m, of a part that can be touched
 const APART = 0.03; // m from the table
 
-/** Adds the object of `file`, a File, to `room` and its parts to `swatches`; returns the added swatches. Throws an Error
- *  with a sentence; then nothing is added. */
+/** Adds the object of `file`, a File, to `room` and its parts to `swatches`; returns the added swatches. Throws an
+ *  Error with a sentence; then nothing is added. */
 export async function addObject(room, swatches, file) {
   const { three, layout } = room;
   const parts = readGltf(three, await file.arrayBuffer());

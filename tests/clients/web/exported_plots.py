@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import csv
 import hashlib
 import io
@@ -62,6 +63,14 @@ def read_svg(content: bytes) -> tuple[dict[str, Any], list[npt.NDArray[np.float6
         )
         lines.append(np.stack([value_of(axes["across"], points[:, 0]), value_of(axes["up"], points[:, 1])], axis=1))
     return header, sorted(lines, key=len, reverse=True)
+
+
+def read_image(content: bytes) -> npt.NDArray[np.uint8]:
+    """Return the pixels [row, column, colour] of the picture in an SVG file."""
+    (image,) = ElementTree.fromstring(content).iter(f"{SVG}image")
+    encoded = image.get("href", "").removeprefix("data:image/png;base64,")
+    with Image.open(io.BytesIO(base64.b64decode(encoded))) as picture:
+        return np.asarray(picture.convert("RGB"))
 
 
 def value_of(axis: Mapping[str, Any], place: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

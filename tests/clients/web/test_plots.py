@@ -15,7 +15,7 @@ from synth.perception.threshold import threshold_displacement
 from synth.voice.recording import Recording
 from tests.clients.web.browser import visited
 from tests.clients.web.conftest import link_to, loaded
-from tests.clients.web.exported_plots import Table, exported, read_csv, read_png, read_svg, scene_hash
+from tests.clients.web.exported_plots import Table, exported, read_csv, read_image, read_png, read_svg, scene_hash
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -158,7 +158,19 @@ def test_the_spectrogram_as_csv_is_that_of_render(stroke: Stroke) -> None:
         middle = end + round(time * RATE)
         wanted = flat_top(stroke.sent[middle - 2048 : middle + 2048])[: len(row)]
         assert np.abs(row - wanted)[1:].max() < 1e-4 * values.max()
-    assert b"<image" in stroke.files["spectrogram"]["SVG"]
+
+
+def test_the_spectrogram_as_svg_has_the_colours_of_its_numbers(stroke: Stroke) -> None:
+    table = of_plot(stroke, "spectrogram")
+    count = len(np.unique(table.columns["time_s"]))
+    values = table.columns["acceleration_m/s2"].reshape(count, -1)
+    pixels = read_image(stroke.files["spectrogram"]["SVG"])
+    red = pixels[::-1, :, 0].T.astype(float)  # columns of rising frequency
+    assert red.shape == values.shape
+    shown = (red - red.max()) / (red.min() - red.max())  # 0 to 1 from the ground to the colour of the signal
+    with np.errstate(divide="ignore"):
+        wanted = np.maximum(0.0, 1.0 + 20.0 * np.log10(values / values.max()) / 60.0)
+    assert np.abs(shown - wanted).max() < 0.005, "0.3 dB of 60 dB: half a step of a colour of 8 bits"
 
 
 def test_every_file_names_the_scene_by_its_hash_and_its_error(stroke: Stroke, service: Running) -> None:
