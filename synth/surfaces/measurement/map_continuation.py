@@ -39,6 +39,7 @@ from synth.surfaces.surface_data import SurfaceData
 
 FACETS = 1e-6  # m; unverified default: the shortest wave that scatters light as a facet, some two wavelengths of light
 WITHIN = 1e-3  # of a slope: an asked one that is farther from the range is refused
+NEARLY = 1.1  # times SHORTEST: a note tells of longer ones
 ROUNDED = 4  # digits of a Hurst exponent: the slope changes by less than 1e-3
 
 Found = tuple[dict[str, Any] | None, list[str]]
@@ -69,7 +70,7 @@ def continuation(heights: Heights, pixel: float, ends: str, options: ImportOptio
         f"Its waves from {_length(2.0 * pixel)}, two pixels, to {_length(shortest)} are synthetic: Hurst exponent "
         f"{one.hurst:.3g}, rms slope {slope:.3g} along each axis"
     )
-    if options.shortest is None and shortest > SHORTEST:
+    if options.shortest is None and shortest > NEARLY * SHORTEST:
         part = _length(_widest_part(pixel, SHORTEST))
         missing = f"Waves from {_length(shortest)} to {_length(SHORTEST)} are missing, since the surface is too large"
         notes.append(f"{missing}. A part of {part} has them")
