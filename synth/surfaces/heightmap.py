@@ -127,10 +127,12 @@ def _data(values: Mapping[str, Any]) -> SurfaceData:
 
 
 def continuation_of(values: Mapping[str, Any]) -> Continuation | None:
-    """Return how the map with these values of its fields is continued; None: it is not."""
-    if values["synthetic_hurst"] is None:
+    """Return how the map with these values of its fields is continued; None: it is not, or has shorter waves itself."""
+    if values.get("synthetic_hurst") is None:
         return None
     shortest, seed = values["synthetic_shortest"] or SHORTEST, values["synthetic_seed"] or 0
+    if 2.0 * max(_data(values).spacing) <= shortest * (1.0 + 1e-9):
+        return None
     return Continuation(values["synthetic_hurst"], shortest, int(seed))
 
 
@@ -141,7 +143,7 @@ def map_of(values: Mapping[str, Any]) -> tuple[SurfaceData, str]:
 
 def synthetic_words(values: Mapping[str, Any]) -> str:
     """Return which waves of a texture with these values are synthetic, as sentences; "" for none."""
-    one = continuation_of(values) if values.get("synthetic_hurst") is not None else None
+    one = continuation_of(values)
     if one is None:
         return ""
     data, ends = map_of(values)
@@ -189,17 +191,13 @@ def _refusals(values: Mapping[str, Any], given: Fields) -> list[Refusal]:
 
 
 def _synthetic_refusals(values: Mapping[str, Any], given: Fields) -> list[Refusal]:
-    """Refuse synthetic waves that are longer than the pixel, or shorter than the memory has room for."""
+    """Refuse synthetic waves that are shorter than the memory has room for."""
     one, field = continuation_of(values), "synthetic_shortest"
     if one is None:
         return []
     data, ends = map_of(values)
     fine = grids(data, ends, one.shortest)[1]
     where = [field] if field in given else ["synthetic_hurst"]
-    if 2.0 * max(data.spacing) <= one.shortest * (1.0 + 1e-9):
-        wave = show_quantity(float(f"{2.0 * max(data.spacing):.4g}"), Dimension.LENGTH)
-        hint = f"The map itself has waves down to {wave}. Write a shorter one, or leave synthetic_hurst out."
-        return [refusal(where, given[where[0]], f"a shortest wave below {wave}, two pixels of the map", hint)]
     if math.prod(fine.counts) > MOST_POINTS:
         least = show_quantity(float(f"{1.001 * shortest_that_fits(data, ends):.4g}"), Dimension.LENGTH)
         hint = f"With this one the map would have {fine.counts[1]} x {fine.counts[0]} heights. Or import a part of it."
