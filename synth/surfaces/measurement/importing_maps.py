@@ -111,7 +111,8 @@ def _heights(found: MapSet, options: ImportOptions) -> tuple[FoundHeights, Surfa
             *depth.notes,
             f"The displacement map leaves {100.0 * heights.residual:.2g} % of the normals' slopes (rms)",
         ]
-    return heights, replace(file, layout=layout, notes=tuple(dict.fromkeys(notes)), spacing=None, slopes=None)
+    read = replace(depth or file, layout=layout, notes=tuple(dict.fromkeys(notes)), spacing=None, slopes=None)
+    return heights, read
 
 
 def _part(heights: Heights, pixel: float, options: ImportOptions) -> tuple[Heights, str]:

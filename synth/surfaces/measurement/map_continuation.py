@@ -59,8 +59,11 @@ def continuation(heights: Heights, pixel: float, ends: str, options: ImportOptio
         return None, []
     if options.slope is None and options.hurst is None and alpha is None:
         return None, ["Its waves end at two pixels: the set has no roughness map. hurst or slope continues them"]
+    part = f"A part of {_length(_widest_part(pixel, SHORTEST))}"
+    is_large = options.shortest is None and shortest > NEARLY * SHORTEST
     if shortest >= POINTS_A_WAVE * pixel * (1.0 - 1e-9):
-        return None, [f"No waves were added: those of its map reach down to {_length(2.0 * pixel)}"]
+        reached = f"No waves were added: those of its map reach down to {_length(2.0 * pixel)}"
+        return None, [f"{reached}, and the surface is too large for more. {part} has them" if is_large else reached]
     if not level_of(data, ends):
         return None, ["No waves were added: its map is flat at its pixel, and nothing can be continued"]
     hurst, notes = _hurst(data, ends, shortest, options, alpha)
@@ -70,10 +73,9 @@ def continuation(heights: Heights, pixel: float, ends: str, options: ImportOptio
         f"Its waves from {_length(2.0 * pixel)}, two pixels, to {_length(shortest)} are synthetic: Hurst exponent "
         f"{one.hurst:.3g}, rms slope {slope:.3g} along each axis"
     )
-    if options.shortest is None and shortest > NEARLY * SHORTEST:
-        part = _length(_widest_part(pixel, SHORTEST))
+    if is_large:
         missing = f"Waves from {_length(shortest)} to {_length(SHORTEST)} are missing, since the surface is too large"
-        notes.append(f"{missing}. A part of {part} has them")
+        notes.append(f"{missing}. {part} has them")
     source = "roughness map" if options.slope is None and options.hurst is None else "given"
     found = {"longest": 2.0 * pixel, "shortest": shortest, "hurst": one.hurst, "rms_slope": slope, "seed": one.seed}
     return found | {"source": source, "alpha": alpha}, notes

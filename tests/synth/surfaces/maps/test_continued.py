@@ -155,6 +155,17 @@ def test_a_map_that_reaches_down_to_the_shortest_wave_is_not_continued(tmp_path:
     assert any("No waves were added" in note for note in found.report["notes"])
 
 
+def test_a_surface_that_is_too_large_for_shorter_waves_tells_which_part_has_them(tmp_path: Path) -> None:
+    path = made(CASES["Poliigon, 16 bits, folder"], surface(7), tmp_path)
+    (note,) = [
+        one for one in import_surface(path, read_options({"width": "1 m"})).report["notes"] if "too large" in one
+    ]
+    assert "to 60 um are missing" in note
+    part = note.split("A part of ")[1].removesuffix(" has them")
+    found = import_surface(path, read_options({"width": "1 m", "part": part})).report
+    assert found["synthetic"]["shortest"] < 66e-6 and not any("too large" in one for one in found["notes"])
+
+
 def test_the_plan_says_which_waves_are_synthetic(tmp_path: Path) -> None:
     found = imported(6, tmp_path, part="5 mm")
     texture = {"kind": "heightmap", "surface": remember(found.surface), **found.report["texture"]}
