@@ -281,6 +281,9 @@ def test_a_set_of_maps_is_imported_and_its_sound_file_says_what_is_synthetic(
     values = {"synthetic_hurst": 0.6, "synthetic_shortest": 2e-4, "synthetic_seed": 0}
     assert values.items() <= texture.values().items()
     assert sound.plan is not None and sound.plan.simulated[0].name == "synthetic waves"
+    words, slope = sound.plan.simulated[0].reason, done["report"]["synthetic"]["rms_slope"]
+    assert "from 625 um, two pixels of its map, to 200 um are synthetic, not measured" in words
+    assert f"rms slope is {slope:.3g} along each axis" in words and "Hurst exponent of 0.6 and the seed 0" in words
 
 
 def test_a_data_folder_that_cannot_be_written_is_named_in_python(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth import explain
 from synth.errors import InvalidRequest, SceneError
 from synth.scene.scene import parse_scene
 from synth.surfaces import profile_of
@@ -164,18 +162,6 @@ def test_a_surface_that_is_too_large_for_shorter_waves_tells_which_part_has_them
     part = note.split("A part of ")[1].removesuffix(" has them")
     found = import_surface(path, read_options({"width": "1 m", "part": part})).report
     assert found["synthetic"]["shortest"] < 66e-6 and not any("too large" in one for one in found["notes"])
-
-
-def test_the_plan_says_which_waves_are_synthetic(tmp_path: Path) -> None:
-    found = imported(6, tmp_path, part="5 mm")
-    texture = {"kind": "heightmap", "surface": remember(found.surface), **found.report["texture"]}
-    scene = {"texture": texture, "finger": {"contact_length": "1 mm"}, "output": {"bandwidth": "300 Hz"}}
-    plan = explain(parse_scene({**scene, "accuracy": {"tolerance": 0.03}})).document()
-    part = plan["simulated"][0]
-    assert part["name"] == "synthetic waves" and "synthetic, not measured" in part["reason"]
-    assert "from 625 um, two pixels of its map, to 160 um" in part["reason"]
-    assert f"{found.report['synthetic']['rms_slope']:.3g}" in part["reason"]
-    assert json.loads(json.dumps(plan["scene"]))["texture"]["synthetic_hurst"] == found.report["synthetic"]["hurst"]
 
 
 ROWS = [[0.0, 1e-5, 0.0, 4e-6], [2e-5, 0.0, 3e-6, 1e-6], [0.0, 0.0, 5e-6, 0.0]]
