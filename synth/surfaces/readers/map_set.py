@@ -84,7 +84,7 @@ def opened_set(path: Path, folder: Path | None) -> Iterator[MapSet]:
     """
     if path.is_dir():
         files = {str(one.relative_to(path)): one for one in _files_in(path, DEEPEST)}
-        chosen, left_out = _chosen(list(files))
+        chosen, left_out = _chosen("a folder", list(files))
         maps = {role: MapFile(name, files[name], _green(name)) for role, name in chosen.items()}
         for one in maps.values():
             _check_size(one.name, one.path.stat().st_size)
@@ -109,8 +109,8 @@ def _files_in(folder: Path, deeper: int) -> list[Path]:
     return found
 
 
-def _chosen(names: Sequence[str]) -> tuple[dict[str, str], tuple[str, ...]]:
-    """Return the name of the map of each role, and the names of all other files."""
+def _chosen(what: str, names: Sequence[str]) -> tuple[dict[str, str], tuple[str, ...]]:
+    """Return the name of the map of each role, and the names of all other files. what: that holds the names."""
     chosen: dict[str, str] = {}
     for role in ROLES:
         of_role = [name for name in names if (found := named(name)) is not None and found.role == role]
@@ -122,7 +122,7 @@ def _chosen(names: Sequence[str]) -> tuple[dict[str, str], tuple[str, ...]]:
         chosen |= {role: best[0]} if best else {}
     if not {DISPLACEMENT, NORMAL} & set(chosen):
         some = ", ".join(shown(name) for name in names[:SHOWN]) or "nothing"
-        refuse_file(f"a set with {some}", ALLOWED, f"Name the maps as {EXAMPLES}.")
+        refuse_file(f"{what} with {some}", ALLOWED, f"Name the maps as {EXAMPLES}.")
     return chosen, tuple(sorted(set(names) - set(chosen.values())))
 
 
@@ -143,7 +143,7 @@ def _unpacked(path: Path, folder: Path) -> MapSet:
         with zipfile.ZipFile(path) as packed:
             entries = {one.filename: one for one in packed.infolist() if not one.is_dir()}
             _check_names(packed.namelist())
-            chosen, left_out = _chosen(list(entries))
+            chosen, left_out = _chosen("a ZIP file", list(entries))
             for name in chosen.values():
                 _check_entry(entries[name])
             maps = {}

@@ -172,7 +172,11 @@ REFUSALS: list[tuple[dict[str, bytes | None], dict[str, Any], str]] = [
         "height: got nothing; allowed: a length: a displacement map has no height of its own",
     ),
     ({"a_disp__png": None}, {"height": "1 mm"}, "height: got a length; allowed: nothing: the set has no displacement"),
-    ({"a_disp__png": None, "a_nor_gl__png": None, "a_diff__png": b"-"}, {}, "a set with 'a_diff.png'"),
+    (
+        {"a_disp__png": None, "a_nor_gl__png": None, "a_diff__png": b"-"},
+        {},
+        " with 'a_diff.png'; allowed: a set with a displacement map or a normal map",
+    ),
     ({"a_disp__png": None, "a_disp__exr": b"\x76\x2f\x31\x01" + bytes(99)}, {}, "a_disp.exr': a picture (OpenEXR)"),
     ({"a_disp__png": file_of(NOISE, "png")}, {}, "a_disp.png': a picture in colour"),
     ({"a_nor_gl__png": file_of(grey(0.5), "png")}, {}, "allowed: a normal map"),
