@@ -48,6 +48,7 @@ EXAMPLES = {
         ("import scan.csv --unit um --pixel 5um --dry-run", "what is in the file; nothing is kept"),
         ("import scan.csv --unit um --pixel 5um --level tilt --name cloth", "keep it, as the texture cloth"),
         ("import wood.png --pixel 50um --height 120um --picture wood-lit.png", "a displacement map"),
+        ("import wall_2k.zip --width 2m --part 80mm --name wall", "a set of maps of a material"),
     ),
     "devices": (("devices --json", "for a program"),),
     "textures": (
@@ -296,7 +297,11 @@ def _add_import(commands: Any) -> None:
         "Read a file of heights, report what is in it, and keep it as a texture that scenes can name. What the file "
         "does not state, such as a unit, has to be given: nothing is guessed.",
     )
-    parser.add_argument("file", metavar="FILE", help="text, NPY, an image, or a format that SurfaceTopography reads")
+    parser.add_argument(
+        "file",
+        metavar="FILE",
+        help="text, NPY, an image, or a format that SurfaceTopography reads; or a set of maps: a folder or a ZIP file",
+    )
     parser.add_argument(
         "--unit",
         metavar="UNIT",
@@ -320,6 +325,13 @@ def _add_import(commands: Any) -> None:
         metavar="LENGTH",
         help="interpolate a profile linearly to points at this distance, as in 5um: for steps of x that are not equal",
     )
+    parser.add_argument("--width", metavar="LENGTH", help="of a set of maps: the width of the sample, as in 2m")
+    parser.add_argument("--part", metavar="LENGTH", help="of a set: keep a square of this side from its middle")
+    parser.add_argument(
+        "--slope", metavar="NUMBER", help="of a set: rms slope of synthetic waves below the pixel; 0: none"
+    )
+    parser.add_argument("--hurst", metavar="NUMBER", help="of a set: Hurst exponent of these waves, instead of --slope")
+    parser.add_argument("--shortest", metavar="LENGTH", help="of a set: the shortest of these waves; default: 60um")
     parser.add_argument("--name", metavar="NAME", help="name of the texture; default: that of the file")
     parser.add_argument("--picture", metavar="OUT.png", help="also write a picture of the surface")
     parser.add_argument("--dry-run", action="store_true", help="report only; keep nothing")

@@ -52,6 +52,7 @@ def report_rows(report: Mapping[str, Any]) -> list[tuple[str, str]]:
     rule = {"refuse": "", "fill": ", filled from their neighbours", "crop": ", cut away"}[missing["rule"]]
     rows = [
         ("file", report["file"]),
+        *_map_rows(report.get("maps")),
         ("read as", f"{report['format']}: {report['layout']}"),
         *_reading_rows(report["reading"]),
         ("channel", report["channel"]),
@@ -72,6 +73,12 @@ def report_rows(report: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("missing points", f"{missing['points']}{rule if missing['points'] else ''}"),
     ]
     return [(name, value) for name, value in rows if value]
+
+
+def _map_rows(maps: Mapping[str, Any] | None) -> list[tuple[str, str]]:
+    """Return which files of a set of maps were read."""
+    roles = () if maps is None else ("displacement", "normal", "roughness", "packed")
+    return [(f"{role} map", maps[role]) for role in roles if maps and role in maps]
 
 
 def _reading_rows(reading: Mapping[str, Any] | None) -> list[tuple[str, str]]:

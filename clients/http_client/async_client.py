@@ -91,6 +91,11 @@ class AsyncClient:
         level: str | None = None,
         missing: str | None = None,
         resample: str | None = None,
+        width: str | None = None,
+        part: str | None = None,
+        slope: str | None = None,
+        hurst: str | None = None,
+        shortest: str | None = None,
         name: str | None = None,
         dry_run: bool = False,
     ) -> Document:
@@ -102,6 +107,11 @@ class AsyncClient:
             "level": level,
             "missing": missing,
             "resample": resample,
+            "width": width,
+            "part": part,
+            "slope": slope,
+            "hurst": hurst,
+            "shortest": shortest,
             "name": name,
         }
         return await self.carry(calls.import_texture(path, options, dry_run))

@@ -101,6 +101,11 @@ class Client:
         level: str | None = None,
         missing: str | None = None,
         resample: str | None = None,
+        width: str | None = None,
+        part: str | None = None,
+        slope: str | None = None,
+        hurst: str | None = None,
+        shortest: str | None = None,
         name: str | None = None,
         dry_run: bool = False,
     ) -> Document:
@@ -109,6 +114,7 @@ class Client:
         unit, pixel, height: what the file does not state, as in "um" or "mm, um", "5 um", "120 um".
         level: "none", "tilt" or "curvature". missing: "refuse", "fill" or "crop".
         resample: distance to which a profile is interpolated linearly, as in "5 um".
+        width, part, slope, hurst, shortest: of a ZIP file with a set of maps, as in "2 m", "80 mm", "0.1".
         name: of the texture; None for that of the file. dry_run: report only.
         """
         options = {
@@ -118,6 +124,11 @@ class Client:
             "level": level,
             "missing": missing,
             "resample": resample,
+            "width": width,
+            "part": part,
+            "slope": slope,
+            "hurst": hurst,
+            "shortest": shortest,
             "name": name,
         }
         return self.carry(calls.import_texture(path, options, dry_run))

@@ -236,15 +236,16 @@ def _imported(request: dict[str, Any]) -> dict[str, Any]:
 
     from synth.surfaces.measurement.import_options import read_options
     from synth.surfaces.measurement.importing import import_surface
-    from synth.surfaces.measurement.relief_picture import relief_picture
+    from synth.surfaces.measurement.relief_picture import mark_of, relief_picture
 
-    found = import_surface(Path(request["path"]), read_options(request["options"]), request["file"])
+    folder, options = Path(request["heights"]).parent, read_options(request["options"])
+    found = import_surface(Path(request["path"]), options, request["file"], folder)
     try:
         with open(request["heights"], "wb") as file:
             np.save(file, found.surface.heights)
     except OSError as error:
         raise CannotRender(NO_ROOM) from error
-    picture = base64.b64encode(relief_picture(found.heights, found.spacing)).decode()
+    picture = base64.b64encode(relief_picture(found.heights, found.spacing, mark_of(found.report))).decode()
     return {"report": found.report, "spacing": list(found.spacing), "picture": picture}
 
 

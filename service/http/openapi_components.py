@@ -207,7 +207,15 @@ _REPORT = _object(
         "resample": {"type": ["number", "null"], "description": "Given distance between points, m."},
         "missing": _object({"points": _WHOLE, "rule": _TEXT}),
         "notes": _TEXTS,
-    }
+        "maps": _OBJECT | {"description": "Of a set of maps: the file of each role, green, and left_out."},
+        "residual": {
+            "type": ["number", "null"],
+            "description": "Of a set: slopes that its displacement leaves, 0 to 1.",
+        },
+        "synthetic": {"type": ["object", "null"], "description": "Of a set: its synthetic waves (docs/import.md)."},
+        "texture": _OBJECT | {"description": "Of a set: what a scene has beside kind and surface."},
+    },
+    ("maps", "residual", "synthetic", "texture"),
 )
 _IMPORTED = _object(
     {

@@ -77,9 +77,9 @@ class StoredTexture:
     created: str
 
     @property
-    def texture(self) -> dict[str, str]:
-        """The texture section of its scene."""
-        return {"kind": self.kind, "surface": self.address}
+    def texture(self) -> dict[str, Any]:
+        """The texture section of its scene; a set of maps has more fields, which its report holds."""
+        return {"kind": self.kind, "surface": self.address, **self.report.get("texture", {})}
 
     # The fields of an entry of the catalogue
 

@@ -14,6 +14,7 @@ from synth.motion.moved_skin import mover_of
 from synth.plan.preparation import Preparation
 from synth.plan.request import harmonics_in_band
 from synth.plan.scene_table import bounds_for
+from synth.surfaces.heightmap import synthetic_words
 
 if TYPE_CHECKING:
     from synth.plan.direct_plan import DirectPlan
@@ -54,6 +55,7 @@ def simulated_parts(solved: Preparation) -> tuple[Simulated, ...]:
     if plan is None and solved.spectrum is not None:
         own = _response_parts(solved)
     return (
+        *_synthetic_parts(solved),
         *own,
         *(
             Simulated(
@@ -65,6 +67,12 @@ def simulated_parts(solved: Preparation) -> tuple[Simulated, ...]:
             for one in called
         ),
     )
+
+
+def _synthetic_parts(solved: Preparation) -> list[Simulated]:
+    """Return the waves of the texture that nobody measured, if it has any."""
+    words = synthetic_words(solved.scene.texture.values())
+    return [Simulated("synthetic waves", words)] if words else []
 
 
 def _simulation_part(solved: Preparation, plan: SimulationPlan) -> Simulated:

@@ -24,6 +24,7 @@ import ridgewave as rw
 from synth.encode.scaled_frames import UNSCALED
 from synth.encode.sound import Sound
 from tests.conftest import in_this_process
+from tests.synth.surfaces.maps.map_sets import Case, file_of, made, normals, surface
 
 OUTPUT = {"duration": 0.05, "sample_rate": 8000}
 POINTS = np.column_stack([np.linspace(0, 0.05, 700), np.linspace(0, 0.004, 700), np.full(700, 0.4)])
@@ -262,6 +263,27 @@ def test_an_import_is_resampled_in_python(tmp_path: Path, monkeypatch: pytest.Mo
     with pytest.raises(rw.InvalidRequest, match="resample"):
         rw.import_texture(path)
     assert rw.import_texture(path, resample="0.5 um")["report"]["points"] == [13]
+
+
+def test_a_set_of_maps_is_imported_and_its_sound_file_says_what_is_synthetic(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("RIDGEWAVE_DATA_FOLDER", str(tmp_path / "data"))
+    heights = surface(0, side=32)
+    files = {"wall_nor_gl.png": file_of(normals(heights, 3e-4, "up", 8), "png")}
+    folder = made(Case(lambda _: files, True), heights, tmp_path)
+    with pytest.raises(rw.InvalidRequest, match="width"):
+        rw.import_texture(folder)
+    done = rw.import_texture(folder, width="10 mm", hurst=0.6, shortest=2e-4)
+    scene = {"finger": {"contact_length": "2 mm"}, "output": {**OUTPUT, "bandwidth": "200 Hz"}}
+    sound = rw.render({**scene, "texture": {"kind": done["name"]}, "accuracy": {"tolerance": 0.03}})
+    texture = rw.load(sound.save(tmp_path / "x.wav")).scene.texture
+    values = {"synthetic_hurst": 0.6, "synthetic_shortest": 2e-4, "synthetic_seed": 0}
+    assert values.items() <= texture.values().items()
+    assert sound.plan is not None and sound.plan.simulated[0].name == "synthetic waves"
+    words, slope = sound.plan.simulated[0].reason, done["report"]["synthetic"]["rms_slope"]
+    assert "from 625 um, two pixels of its map, to 200 um are synthetic, not measured" in words
+    assert f"rms slope is {slope:.3g} along each axis" in words and "Hurst exponent of 0.6 and the seed 0" in words
 
 
 def test_a_data_folder_that_cannot_be_written_is_named_in_python(

@@ -21,6 +21,8 @@ from service.compute.import_process import Imports
 from service.engine import SynthEngine
 from synth.scene.catalogue import catalogue_names
 from tests.service.harness import ask, problem, settings_of
+from tests.synth.surfaces.maps.map_sets import CASES, made, surface
+from tests.synth.surfaces.maps.test_attacking_sets import ATTACKS
 from tests.synth.surfaces.readers.refused_files import REFUSED
 
 HEIGHTS = 20.0 * np.sin(2.0 * np.pi * np.arange(200) / 200)  # um
@@ -181,6 +183,40 @@ def test_a_profile_with_unequal_steps_is_resampled(own: FastAPI) -> None:
     assert made.status_code == 201 and made.json()["report"]["points"] == [13]
     saved = ask(own, "GET", "/v1/textures/scan/surface?format=npy")
     np.testing.assert_allclose(np.diff(np.load(io.BytesIO(saved.content))), 1e-6, rtol=1e-4)
+
+
+def set_of_maps(folder: Path) -> bytes:
+    return made(CASES["Poly Haven, packed, ZIP"], surface(1), folder).read_bytes()
+
+
+@pytest.mark.usefixtures("read_here")
+def test_a_set_of_maps_is_a_texture_with_its_synthetic_waves(own: FastAPI, tmp_path: Path) -> None:
+    content = set_of_maps(tmp_path)
+    fault = problem(post(own, content, "wall.zip", data={"name": "wall"}), 422, "request-refused")["errors"][0]
+    assert fault["pointer"] == "/width" and "no map states its size" in fault["allowed"] and names(own) == []
+    answer = post(own, content, "wall.zip", data={"name": "wall", "width": "80 mm", "hurst": "0.7"}).json()
+    texture = {"kind": "heightmap", "surface": answer["address"], "ends": "join", "synthetic_hurst": 0.7}
+    assert answer["scene"]["texture"] == texture | {"synthetic_shortest": 6e-5, "synthetic_seed": 0}
+    picture = Image.open(io.BytesIO(base64.b64decode(answer["picture"].partition(",")[2])))
+    assert picture.info["Description"] == "synthetic, not shown: waves of 625 um to 60 um"
+    entry = ask(own, "GET", "/v1/textures/wall").json()
+    assert entry["scene"] == answer["scene"] and entry["report"]["synthetic"]["hurst"] == 0.7
+    saved = np.load(io.BytesIO(ask(own, "GET", "/v1/textures/wall/surface?format=npy").content))
+    assert saved.shape == (256, 256)  # what was measured
+
+
+def test_a_set_that_attacks_is_refused_and_leaves_no_file(
+    own: FastAPI, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(folder))
+    monkeypatch.setenv("TMPDIR", str(folder))
+    for name in ("a name above its folder", "a bomb that lies", "a picture that is a bomb"):
+        make, words = ATTACKS[name]
+        answer = post(own, make(), "wall.zip", data={"name": "wall", "width": "80 mm"})
+        assert words in str(problem(answer, 422, "request-refused"))
+        assert not list(folder.iterdir()) and names(own) == []
 
 
 @pytest.mark.usefixtures("read_here")

@@ -37,7 +37,15 @@ const OPTIONS = [
   ["resample", "Resample a profile to", "Linearly, if its steps of x are not equal: such as 5 µm. Empty: not."],
   ["name", "Name", "1 to 64 small letters, digits and -. It stands for the texture in scenes."],
 ];
-const MEASURED = OPTIONS.map(([name]) => name).filter((name) => name !== "name");
+/** Those of a ZIP file with a set of maps of a material. */
+const OF_SETS = [
+  ["width", "Width of the sample", "What the maps show from left to right, as their library tells: such as 2 m."],
+  ["part", "Part", "Side of the square in its middle that is kept, such as 60 mm. Empty: all of it."],
+  OPTIONS.find(([name]) => name === "height"),
+  ["slope", "Slope below the pixel", "rms slope of synthetic waves, such as 0.1; 0: none. Empty: of the roughness map."],
+  OPTIONS.at(-1),
+];
+const optionsOf = (file) => (/\.zip$/i.test(file.name) ? OF_SETS : OPTIONS);
 
 export class ImportDialog {
   #file;
@@ -62,7 +70,7 @@ export class ImportDialog {
           change: ({ target }) => target.name === "name" || this.#measure(),
           submit: (event) => this.#submit(event),
         },
-        make("div.fields", {}, ...OPTIONS.map((option) => this.#option(...option))),
+        make("div.fields", {}, ...optionsOf(file).map((option) => this.#option(...option))),
         make("div.import-found", {}, this.#status, this.#result),
         make(
           "div.control-row",
@@ -114,7 +122,7 @@ export class ImportDialog {
     this.#status.textContent = "Reading the file.";
     let found;
     try {
-      found = await call("POST", "/v1/textures?dry_run=true", this.#form(MEASURED));
+      found = await call("POST", "/v1/textures?dry_run=true", this.#form([...this.#fields.keys()].filter((name) => name !== "name")));
     } catch (problem) {
       if (number === this.#newest) this.#refuse(problem);
       return;

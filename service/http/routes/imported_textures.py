@@ -41,12 +41,21 @@ OPTIONS = {
     "level": "Form to remove: none, tilt or curvature.",
     "missing": "Rule for missing points: refuse, fill or crop.",
     "resample": "Distance to which the points of a profile are interpolated linearly, as in 5 um.",
+    "width": "Of a set of maps: width of the sample, as in 2 m.",
+    "part": "Of a set of maps: side of the square in its middle that is kept, as in 80 mm.",
+    "slope": "Of a set of maps: rms slope along an axis of synthetic waves below its pixel; 0 for none.",
+    "hurst": "Of a set of maps: Hurst exponent of these waves, instead of slope.",
+    "shortest": "Of a set of maps: the shortest of these waves, as in 60 um.",
 }
 IMPORT_BODY = {
     "type": "object",
     "required": ["file"],
     "properties": {
-        "file": {"type": "string", "format": "binary", "description": "The file of heights (docs/import.md)."},
+        "file": {
+            "type": "string",
+            "format": "binary",
+            "description": "The file of heights, or a ZIP file with a set of maps (docs/import.md).",
+        },
         "name": TEXT | {"description": f"Name of the texture: {ALLOWED_NAME}. Default: that of the file."},
         **{name: TEXT | {"description": sentence} for name, sentence in OPTIONS.items()},
     },

@@ -1,10 +1,11 @@
-"""The options of an import: units, distances between points, height, levelling, and the rule for missing points.
+"""The options of an import: units, distances, height, levelling, missing points, and those of sets of maps.
 
 Stage   SURFACES, from files. The command line and the service read the same options.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -17,6 +18,10 @@ WRITTEN_UNITS = ("m", "cm", "mm", "um", "nm", "inch")
 LEVELS = ("none", "tilt", "curvature")
 RULES = ("refuse", "fill", "crop")
 SMALLEST, LARGEST = 1e-9, 0.1  # m between points
+NARROWEST, WIDEST = 1e-4, 10.0  # m, of the sample that a set of maps shows
+SMALLEST_WAVE = 1e-6  # m, of synthetic waves
+STEEPEST_SLOPE = 5.0  # rms slope of synthetic waves: that of a rough texture
+OF_SETS = ("width", "part", "slope", "hurst", "shortest")
 HIGHEST = 0.02  # m; the height of a displacement map: ten times that of the highest texture
 
 
@@ -30,6 +35,10 @@ class ImportOptions:
     level: the form that is removed: "none", "tilt" (a plane) or "curvature" (a surface of second order).
     missing: what is done about missing points: "refuse", "fill" or "crop".
     resample: distance between points to which a profile is interpolated linearly (m), or None.
+    width: of the sample that a set of maps shows, along its rows (m), or None.
+    part: side of the square in the middle of a set that is kept (m), or None for all of it.
+    slope, hurst: rms slope along one axis, or Hurst exponent, of synthetic waves below the pixel of a set, or None.
+    shortest: the shortest of these waves (m), or None.
     """
 
     unit: tuple[str, ...] | None = None
@@ -38,6 +47,11 @@ class ImportOptions:
     level: str = "none"
     missing: str = "refuse"
     resample: float | None = None
+    width: float | None = None
+    part: float | None = None
+    slope: float | None = None
+    hurst: float | None = None
+    shortest: float | None = None
 
 
 def read_options(fields: Mapping[str, Any]) -> ImportOptions:
@@ -92,6 +106,21 @@ def _length(low: float, high: float) -> Callable[[Any], float]:
     return read
 
 
+def _number(high: float) -> Callable[[Any], float]:
+    """Return a reader of a number from 0 to `high`, also written as text."""
+
+    def read(value: Any) -> float:
+        try:
+            number = math.nan if isinstance(value, bool) else float(value)
+        except (TypeError, ValueError):
+            number = math.nan
+        if not 0.0 <= number <= high:
+            raise QuantityError(f"0 to {high:g}", "Write a number such as 0.5.")
+        return number
+
+    return read
+
+
 def _units(value: Any) -> tuple[str, ...]:
     parts = tuple(unit_named(part) or part.strip() for part in value.split(",")) if isinstance(value, str) else (value,)
     parts = tuple("um" if part == "µm" else part for part in parts)
@@ -114,5 +143,10 @@ READERS: Mapping[str, Callable[[Any], Any]] = {
     "level": _choice(LEVELS),
     "missing": _choice(RULES),
     "resample": _length(SMALLEST, LARGEST),
+    "width": _length(NARROWEST, WIDEST),
+    "part": _length(NARROWEST, WIDEST),
+    "slope": _number(STEEPEST_SLOPE),
+    "hurst": _number(1.0),
+    "shortest": _length(SMALLEST_WAVE, LARGEST),
 }
 assert set(WRITTEN_UNITS) <= set(UNITS)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from synth.errors import Fault, InvalidRequest
-from synth.surfaces.measurement.import_options import WRITTEN_UNITS, ImportOptions
+from synth.surfaces.measurement.import_options import OF_SETS, WRITTEN_UNITS, ImportOptions
 from synth.surfaces.readers.surface_file import UNITS, UNSTATED, Heights, SurfaceFile
 
 CLOSEST, FARTHEST = 1e-12, 1e6  # m, allowed spacing that a file states: from a hundredth of an atom to a planet
@@ -41,6 +41,16 @@ def _units(found: SurfaceFile, options: ImportOptions, faults: list[Fault]) -> U
     faults += contradicting[:1]
     along = (stated_x or given_x) if has_x else None
     return along, found.unit or given_heights
+
+
+def check_no_set(options: ImportOptions) -> None:
+    """Raise InvalidRequest for options that only sets of maps have."""
+    given = [name for name in OF_SETS if getattr(options, name) is not None]
+    hint = f"{LEAVE} A set is a folder or a ZIP file with a displacement map or a normal map."
+    if given:
+        raise InvalidRequest(
+            [option_fault(name, "a value", "nothing: only sets of maps have it", hint) for name in given]
+        )
 
 
 def in_metres(found: SurfaceFile, options: ImportOptions) -> tuple[Heights, tuple[float, ...], Units]:

@@ -4,6 +4,7 @@ Stage   SURFACES, from files.
 Model   In this order: read the file; convert to metres; treat missing points, or resample; level; report. The heights
         are about their mean and stored as 32-bit numbers. The report is of the heights before that rounding.
         An option that contradicts the file is refused, except in place of the resolution tag of an image.
+        A set of maps of a material has an import of its own (`importing_maps`), with the same report.
 Limits  The greatest height of a scene's texture is 2 mm and its greatest slope 20 (docs/scene.md). A surface beyond
         these limits is imported with a note in the report, and a scene refuses it.
 """
@@ -11,23 +12,23 @@ Limits  The greatest height of a scene's texture is 2 mm and its greatest slope 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from synth.errors import InvalidRequest, SceneError
+from synth.errors import InvalidRequest
 from synth.scene.quantity import Dimension, show_quantity
 from synth.surfaces.measurement.import_options import ImportOptions
-from synth.surfaces.measurement.import_units import UPWARDS, Units, in_metres, option_fault, positions_of
+from synth.surfaces.measurement.import_report import ImportedSurface, refusals_of_a_scene, report_of
+from synth.surfaces.measurement.import_units import check_no_set, in_metres, option_fault, positions_of
+from synth.surfaces.measurement.importing_maps import import_maps
 from synth.surfaces.measurement.levelling import levelled, tilt_of
 from synth.surfaces.measurement.resampling import resampled
-from synth.surfaces.measurement.roughness import roughness_of
 from synth.surfaces.readers.file_formats import read_surface_file
+from synth.surfaces.readers.map_set import is_set
 from synth.surfaces.readers.surface_file import Heights, Missing, SurfaceFile, check_shape
-from synth.surfaces.surface_data import SurfaceData, remember
 
 TILTED = 0.9  # rms of the tilt relative to Rq, above which a note mentions it; for one period of a sinusoid it is 0.78
 MARKS = (
@@ -51,38 +52,20 @@ MARKS = (
 FAR = 10.0  # times the range of all other heights: such a mark is no height
 
 
-@dataclass(frozen=True, eq=False)
-class ImportedSurface:
-    """The result of an import.
-
-    heights: m, float64, about their mean.
-    spacing: m, between columns, then rows.
-    report: JSON values in SI; docs/import.md lists them.
-    """
-
-    heights: Heights
-    spacing: tuple[float, ...]
-    report: dict[str, Any]
-
-    @cached_property
-    def surface(self) -> SurfaceData:
-        """The surface as scenes use it."""
-        return SurfaceData(self.heights.astype(np.float32), self.spacing)
-
-    @property
-    def kind(self) -> str:
-        """The kind of texture: "profile" for a line, "heightmap" for an area."""
-        return "profile" if self.heights.ndim == 1 else "heightmap"
-
-
-def import_surface(path: Path, options: ImportOptions, name: str | None = None) -> ImportedSurface:
-    """Return the surface in the file at `path`.
+def import_surface(
+    path: Path, options: ImportOptions, name: str | None = None, folder: Path | None = None
+) -> ImportedSurface:
+    """Return the surface in the file at `path`, or of the set of maps there: a folder or a ZIP file.
 
     name: the user's name for the file, if it differs from that of `path`; its ending decides the format.
+    folder: for unpacked maps, deleted by the caller; None: a temporary one.
     Raises InvalidRequest with every fault, CannotRender if the package for the format is not installed, OSError.
     """
     shown_name = path.name if name is None else Path(name).name
+    if is_set(path):
+        return import_maps(path, options, shown_name, folder)
     found = read_surface_file(path, Path(shown_name).suffix)
+    check_no_set(options)
     found = replace(found, notes=(*found.notes, *_marks(found)))
     heights, spacing, units = in_metres(found, options)
     if options.resample is None:
@@ -96,14 +79,14 @@ def import_surface(path: Path, options: ImportOptions, name: str | None = None) 
     tilt = tilt_of(heights, missing)
     heights = levelled(heights, missing, options.level)
     heights = heights - np.mean(heights)
-    report = _report(found, options, units, heights, spacing) | {"missing": rule}
+    report = report_of(found, options, units, heights, spacing) | {"missing": rule}
     report["file"] = shown_name
     steepest = max(map(abs, tilt))
     if options.level == "none" and steepest / math.sqrt(12.0) > TILTED * report["rq"] > 0.0:
         rise = show_quantity(float(f"{steepest:.3g}"), Dimension.LENGTH)
         report["notes"].append(f"The surface is tilted: it rises by {rise}. level = tilt removes it")
     imported = ImportedSurface(heights, spacing, report)
-    report["notes"] += _refusals_of_a_scene(imported)
+    report["notes"] += refusals_of_a_scene(imported)
     return imported
 
 
@@ -124,18 +107,6 @@ def _marks(found: SurfaceFile) -> list[str]:
         if is_mark or (is_run and distance > spread):
             points = "1 point" if count == 1 else f"{count} points"
             return [f"The height of {points} is {mark:g}, far from all others. If it marks missing points, write nan"]
-    return []
-
-
-def _refusals_of_a_scene(imported: ImportedSurface) -> list[str]:
-    """Return the reasons for which a scene with this surface would be refused, one sentence each."""
-    from synth.scene.scene import parse_scene
-
-    address = remember(imported.surface)
-    try:
-        parse_scene({"texture": {"kind": imported.kind, "surface": address}})
-    except SceneError as error:
-        return [f"A scene refuses it: {fault.allowed}. {fault.hint.rstrip('.')}" for fault in error.faults]
     return []
 
 
@@ -162,48 +133,3 @@ def _whole(
     part = largest_whole_part(missing)
     kept = heights[part].copy()
     return kept, np.zeros(kept.shape, bool), done
-
-
-def _report(
-    found: SurfaceFile,
-    options: ImportOptions,
-    units: Units,
-    heights: Heights,
-    spacing: tuple[float, ...],
-) -> dict[str, Any]:
-    """Return the report of `heights` (m), as kept. units: of x and of the heights."""
-    roughness = roughness_of(heights, spacing)
-    counts = heights.shape[::-1]  # columns, then rows, as spacing and size
-    notes = list(found.notes)
-    if found.doubt:
-        notes.append(f"{found.doubt[0].upper()}{found.doubt[1:]}, was read as {UPWARDS}")
-    if found.tagged and found.spacing is not None and options.pixel is not None:
-        notes.append("The given distance replaces that of the resolution tag")
-    stated = found.unit if found.unit != "pixel" else None
-    return {
-        "format": found.format,
-        "layout": found.layout,
-        "reading": found.reading and _with_units(found.reading, units),
-        "channel": found.channel,
-        "kind": "profile" if heights.ndim == 1 else "heightmap",
-        "points": list(counts),
-        "spacing": list(spacing),
-        "size": [count * step for count, step in zip(counts, spacing, strict=True)],
-        "unit": None if units[1] == "pixel" else units[1],
-        "unit_stated_by_file": stated is not None,
-        "unit_of_x": None if found.tagged else units[0],
-        "rq": roughness.rq,
-        "ra": roughness.ra,
-        "peak_to_valley": roughness.peak_to_valley,
-        "rms_slope": list(roughness.slopes),
-        "level": options.level,
-        "resample": options.resample,
-        "notes": notes,
-    }
-
-
-def _with_units(reading: dict[str, Any], units: Units) -> dict[str, Any]:
-    """Return how a text was read, with the units that were used for its columns."""
-    used = {"x": units[0], "y": units[0], "height": units[1]}
-    columns = [one | {"unit": one["unit"] or used.get(one["read_as"])} for one in reading["columns"]]
-    return reading | {"columns": columns}

@@ -3,6 +3,8 @@
 Stage   SURFACES, from files.
 Model   Brightness is the cosine of the angle between the surface's normal and the light (Lambert). Slopes are scaled to
         an rms of RMS_SHOWN, because those of most surfaces are too small to see.
+        A mark below the relief says which waves of the texture are synthetic. They are not drawn: the picture shows
+        what was measured. The mark is also a text of the PNG, "Description".
 Limits  A picture shows the form, not the height. Large surfaces are averaged over blocks of points.
 """
 
@@ -10,25 +12,57 @@ from __future__ import annotations
 
 import io
 import math
+from collections.abc import Mapping
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
-from PIL import Image
+from PIL import Image, ImageDraw, ImageFont
+from PIL.PngImagePlugin import PngInfo
 
+from synth.scene.quantity import Dimension, show_quantity
 from synth.surfaces.readers.surface_file import Heights
 
 WIDEST = 480  # pixels
 RMS_SHOWN = 0.4
 LIGHT = (-0.5, -0.5, 0.7071)  # from the upper left, 45 degrees high
+MARK_HEIGHT = 16  # pixels of the mark
 LINE_HEIGHT = 160  # pixels of the picture of a profile
 
 
-def relief_picture(heights: Heights, spacing: tuple[float, ...]) -> bytes:
-    """Return a PNG of `heights` (m), [n] or [rows, columns]. spacing: m, between columns, then rows."""
+def relief_picture(heights: Heights, spacing: tuple[float, ...], mark: str = "") -> bytes:
+    """Return a PNG of `heights` (m), [n] or [rows, columns].
+
+    spacing: m, between columns, then rows.
+    mark: a line of text below it; "" for none.
+    """
     grey = _line(heights) if heights.ndim == 1 else _relief(heights, spacing)
-    written = io.BytesIO()
-    Image.fromarray(np.clip(np.rint(grey), 0, 255).astype(np.uint8)).save(written, "PNG")
+    picture = Image.fromarray(np.clip(np.rint(grey), 0, 255).astype(np.uint8))
+    written, texts = io.BytesIO(), PngInfo()
+    if mark:
+        picture = _marked(picture, mark)
+        texts.add_text("Description", mark)
+    picture.save(written, "PNG", pnginfo=texts)
     return written.getvalue()
+
+
+def mark_of(report: Mapping[str, Any]) -> str:
+    """Return the mark of a surface with this report of its import."""
+    waves = report.get("synthetic")
+    if not waves:
+        return ""
+    longest, shortest = (show_quantity(float(f"{waves[end]:.3g}"), Dimension.LENGTH) for end in ("longest", "shortest"))
+    return f"synthetic, not shown: waves of {longest} to {shortest}"
+
+
+def _marked(picture: Image.Image, mark: str) -> Image.Image:
+    """Return the picture above a line of text, at least as wide as the text."""
+    font = ImageFont.load_default(MARK_HEIGHT - 4)
+    width = max(picture.width, math.ceil(font.getlength(mark)) + 8)
+    found = Image.new("L", (width, picture.height + MARK_HEIGHT), 255)
+    found.paste(picture, (0, 0))
+    ImageDraw.Draw(found).text((4, picture.height), mark, fill=0, font=font)
+    return found
 
 
 def _relief(heights: Heights, spacing: tuple[float, ...]) -> Heights:

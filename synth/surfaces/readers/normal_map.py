@@ -73,6 +73,7 @@ def surface_of(
         spacing_unit=None if spacing is None else "m",
         tagged=True,
         notes=notes,
+        slopes=(along_x, down),
     )
 
 

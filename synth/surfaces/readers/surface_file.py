@@ -114,6 +114,7 @@ class SurfaceFile:
     doubt: words beside the heights that are not understood, as the beginning of a sentence, or "". The user has to
         confirm the unit.
     no_unit: why the numbers of a displacement map cannot be heights in a unit, or "".
+    slopes: of a normal map, its slopes along x and down the rows, with green pointing up; else None.
     """
 
     format: str
@@ -132,6 +133,7 @@ class SurfaceFile:
     measured_x: Heights | None = None
     doubt: str = ""
     no_unit: str = ""
+    slopes: tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]] | None = None
 
 
 def refuse_file(value: object, allowed: str, hint: str, cause: BaseException | None = None) -> NoReturn:

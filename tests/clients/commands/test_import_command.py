@@ -10,6 +10,7 @@ import pytest
 
 from tests.conftest import RunsRidgewave
 from tests.few import thorough
+from tests.synth.surfaces.maps.map_sets import CASES, made, surface
 
 HEIGHTS = np.random.default_rng(5).normal(size=(17, 12))
 
@@ -60,3 +61,17 @@ def test_a_word_that_is_not_understood_is_printed_with_what_to_write(ridgewave: 
     assert done.returncode == 2 and b"'lost' is not understood" in done.stderr and b'unit = "mm, um"' in done.stderr
     done = ridgewave("import", "wear.txt", "--dry-run", "--unit", "mm, um", cwd=tmp_path)
     assert done.returncode == 0 and b"'lost' is not understood, was read as heights" in done.stdout + done.stderr
+
+
+def test_a_folder_of_maps_is_kept_and_its_scene_says_what_is_synthetic(
+    ridgewave: RunsRidgewave, tmp_path: Path
+) -> None:
+    made(CASES["Poly Haven, folder"], surface(0), tmp_path, "wall")
+    done = ridgewave("import", "wall", "--width", "80mm", "--slope", "0.02", "--picture", "wall.png", cwd=tmp_path)
+    told = (done.stdout + done.stderr).decode()
+    assert done.returncode == 0 and "normal map         wall_nor_gl_2k.png" in told and "kept as wall" in told
+    assert "are synthetic: Hurst exponent" in told and "Not used: wall_ao_2k.png, wall_diff_2k.jpg" in told
+    scene = json.loads(ridgewave("textures", "wall").stdout)
+    assert scene["texture"]["ends"] == "join" and scene["texture"]["synthetic_shortest"] == 60e-6
+    done = ridgewave("textures", "wall", "--export", "wall.npy", cwd=tmp_path)
+    assert done.returncode == 0 and np.load(tmp_path / "wall.npy").shape == (256, 256)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from tests.clients.web.form import CHOSEN, tile
 from tests.clients.web.test_accessibility import NARROW, violations
 from tests.clients.web.test_page import stroke_pad, told
 from tests.service.harness import Running, outcome_here
+from tests.synth.surfaces.maps.map_sets import CASES, made, surface
 
 if TYPE_CHECKING:
     from playwright.sync_api import FilePayload, Page
@@ -269,3 +271,14 @@ def test_a_sinusoid_can_be_chosen_after_an_imported_texture_and_each_choice_is_u
     page.click("#undo")
     assert (page.evaluate(SCENE), page.evaluate(CHOSEN)) == (cloth, "")
     assert "not in the list" in page.inner_text("#texture-about")
+
+
+def test_a_zip_file_with_a_set_of_maps_has_options_of_its_own(page: Page, service: Running, tmp_path: Path) -> None:
+    content = made(CASES["Poly Haven, packed, ZIP"], surface(1), tmp_path).read_bytes()
+    chosen(page, {"name": "wall.zip", "mimeType": "application/zip", "buffer": content})
+    assert set(faults(page)) == {"width"} and page.locator("dialog [name=unit]").count() == 0
+    measured(page, width="80 mm", slope="0.03")
+    assert "256 × 256 points over 80 mm × 80 mm" in page.inner_text("dialog [role=status]")
+    assert "are synthetic" in page.inner_text("dialog dl.report")
+    assert not stored(service)
+    page.keyboard.press("Escape")

@@ -12,7 +12,8 @@ import pytest
 
 from synth.errors import InvalidRequest
 from synth.surfaces.measurement.import_options import read_options
-from synth.surfaces.measurement.importing import ImportedSurface, import_surface
+from synth.surfaces.measurement.import_report import ImportedSurface
+from synth.surfaces.measurement.importing import import_surface
 
 COUNT = 23
 X = [0.05 * place for place in range(COUNT)]  # mm

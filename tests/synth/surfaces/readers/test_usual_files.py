@@ -10,7 +10,8 @@ import pytest
 
 from synth.errors import CannotRender, InvalidRequest
 from synth.surfaces.measurement.import_options import read_options
-from synth.surfaces.measurement.importing import ImportedSurface, import_surface
+from synth.surfaces.measurement.import_report import ImportedSurface
+from synth.surfaces.measurement.importing import import_surface
 from tests.synth.surfaces.readers.usual_files import UsualFile, usual_files
 
 FILES = usual_files()
