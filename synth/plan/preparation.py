@@ -56,7 +56,7 @@ from synth.scene.scene import Scene
 WIDE = 64  # harmonics in the band: a live scan of an area with more is solved along its path, as its series takes long
 FELT = 0.1  # of the peak-to-peak: smaller errors cause no warning, as a hand distinguishes amplitudes by 0.1 to 0.25
 OVER_PLACES = 1.0, 1.0, 2.0
-"""Error of each order over that of a steady scan in other places: up to 0.9 of them were seen, where waves are short."""
+"""Error of each order over that of a steady scan in other places: up to 0.9 of them were seen, on short waves."""
 EXACT = 1e-6  # tolerance of "exact": the folded error below 0.40 of the rate (design, section 4)
 
 

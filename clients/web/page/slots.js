@@ -4,7 +4,8 @@ Model: the pressed slot follows the texture of the scene. The other slot keeps i
 An empty slot takes the present texture. Each has its own automatic full scale, as any chosen texture. */
 
 import { byId } from "../dom.js";
-import { copyOf, same } from "../scene/merge.js";
+import { copyOf, same, withField } from "../scene/merge.js";
+import { withFriction } from "../textures/friction.js";
 import { titleOf } from "./texture_wall.js";
 
 const NAMES = ["a", "b"];
@@ -29,7 +30,8 @@ export class Slots {
     this.pressed = name;
     const texture = name in this.textures ? this.textures[name] : this.state.scene.texture;
     if (same(texture ?? null, this.state.scene.texture ?? null)) return this.#keep();
-    this.state.write(["texture"], texture === undefined ? undefined : copyOf(texture));
+    const scene = withField(this.state.scene, ["texture"], texture === undefined ? undefined : copyOf(texture));
+    this.state.take(withFriction(scene, this.list.of(texture)[0], this.list.entries));
   }
 
   #keep() {

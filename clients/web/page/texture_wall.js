@@ -5,7 +5,9 @@ view, and kept. The search hides what has none of its words. A texture that is n
 button chosen. */
 
 import { byId, make } from "../dom.js";
+import { withField } from "../scene/merge.js";
 import { callBinary } from "../service.js";
+import { withFriction } from "../textures/friction.js";
 import { byGroup } from "../textures/groups.js";
 import { wireImport } from "../textures/import_control.js";
 import { TextureDescription } from "../textures/texture_description.js";
@@ -34,8 +36,8 @@ export function wireTextureWall({ state, textures, tell }) {
   };
   const choose = (name) => {
     const entry = textures.entries.find((one) => one.name === name);
-    if (entry?.stored) state.write(["texture"], entry.scene.texture);
-    else state.write(["texture", "kind"], entry?.name);
+    const [path, value] = entry?.stored ? [["texture"], entry.scene.texture] : [["texture", "kind"], entry?.name];
+    state.take(withFriction(withField(state.scene, path, value), entry, textures.entries));
     show(name);
   };
   const onKept = async (name) => {

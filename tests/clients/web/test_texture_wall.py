@@ -45,6 +45,23 @@ def test_a_chosen_texture_shows_its_picture_and_its_sources(still_page: Page) ->
     still_page.locator("#texture-sources").wait_for(state="hidden")
 
 
+def test_a_texture_that_is_felt_by_its_friction_brings_it_and_takes_it_away(still_page: Page) -> None:
+    effects = "() => ridgewave.state.scene.effects ?? null"
+    still_page.evaluate("() => ridgewave.state.take({})")
+    still_page.check(tile("glass-wet"))
+    assert still_page.evaluate(effects) == rw.textures()["glass-wet"].everyday["effects"]
+    still_page.check(tile("rubber-smooth"))
+    assert still_page.evaluate(effects) == rw.textures()["rubber-smooth"].everyday["effects"]
+    still_page.click("#slot-b")  # empty: it takes the present texture
+    still_page.check(tile(NAME))
+    assert still_page.evaluate(effects) is None
+    still_page.click("#slot-a")
+    assert still_page.evaluate(effects) == rw.textures()["rubber-smooth"].everyday["effects"]
+    still_page.evaluate("() => ridgewave.state.take({effects: {stick_slip: {surface: 'leather'}}})")
+    still_page.check(tile(NAME))
+    assert still_page.evaluate(effects) == {"stick_slip": {"surface": "leather"}}, "written by hand"
+
+
 def test_a_texture_that_is_not_on_the_wall_is_shown_by_its_kind_and_a_sinusoid_can_be_chosen(still_page: Page) -> None:
     shown = "() => document.getElementById('texture-name').textContent"
     for texture, title, words in (

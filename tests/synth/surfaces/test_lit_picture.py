@@ -52,7 +52,10 @@ def test_dots_are_round_and_in_their_places() -> None:
     assert dot[reach, reach // 2] > FLAT > dot[reach, reach + reach // 2 + 2]
 
 
-@pytest.mark.parametrize("name", ["sandpaper-p120", "concrete", "pebbled-leather", "denim-72x56", "burlap-11-per-inch"])
+@pytest.mark.parametrize(
+    "name",
+    ["sandpaper-p120-area", "concrete-area", "pebbled-leather-area", "denim-72x56-area", "burlap-11-per-inch-area"],
+)
 def test_an_area_of_the_catalogue_is_drawn_as_an_area(name: str) -> None:
     picture = lit_picture(profile_of(parse_scene(name))).astype(float)
     along, across = (np.std(np.diff(picture, axis=axis)) for axis in (1, 0))
