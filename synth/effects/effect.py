@@ -191,7 +191,7 @@ class MotionEffect(OutputEffect[Solved]):
         """Return what the plan tells of the motion, as JSON: numbers and sentences by name.
 
         "reason" is a sentence. At the scan's own speed and load, "place_error" is the error of the places of the skin
-        (m), and "force_error" that of the force at any time, relative to its peak-to-peak.
+        (m), and "force_error", if there is a force, that of the force at any time, relative to its peak-to-peak.
         """
 
 

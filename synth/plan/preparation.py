@@ -191,7 +191,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
     prepared = solved.effects
     moved = next((one.motion for one in prepared.called if one.motion is not None), None)
     if moved is not None:
-        solved = _with_places(solved, float(moved["place_error"]), float(moved["force_error"]))
+        solved = _with_places(solved, float(moved["place_error"]), float(moved.get("force_error", 0.0)))
     solved, effects = _with_stages(solved, prepared, cache, exact=exact)
     level = () if solved.live else level_of_effects(scene, effects)
     return replace(solved, warnings=(*solved.warnings, *level))

@@ -5,7 +5,7 @@ An empty slot takes the present texture. Each has its own automatic full scale, 
 
 import { byId } from "../dom.js";
 import { copyOf, same, withField } from "../scene/merge.js";
-import { withFriction } from "../textures/friction.js";
+import { withEverydayEffects } from "../textures/everyday_effects.js";
 import { titleOf } from "./texture_wall.js";
 
 const NAMES = ["a", "b"];
@@ -31,7 +31,7 @@ export class Slots {
     const texture = name in this.textures ? this.textures[name] : this.state.scene.texture;
     if (same(texture ?? null, this.state.scene.texture ?? null)) return this.#keep();
     const scene = withField(this.state.scene, ["texture"], texture === undefined ? undefined : copyOf(texture));
-    this.state.take(withFriction(scene, this.list.of(texture)[0], this.list.entries));
+    this.state.take(withEverydayEffects(scene, this.list.of(texture)[0], this.list.entries));
   }
 
   #keep() {

@@ -7,7 +7,7 @@ button chosen. */
 import { byId, make } from "../dom.js";
 import { withField } from "../scene/merge.js";
 import { callBinary } from "../service.js";
-import { withFriction } from "../textures/friction.js";
+import { withEverydayEffects } from "../textures/everyday_effects.js";
 import { byGroup } from "../textures/groups.js";
 import { wireImport } from "../textures/import_control.js";
 import { TextureDescription } from "../textures/texture_description.js";
@@ -37,7 +37,7 @@ export function wireTextureWall({ state, textures, tell }) {
   const choose = (name) => {
     const entry = textures.entries.find((one) => one.name === name);
     const [path, value] = entry?.stored ? [["texture"], entry.scene.texture] : [["texture", "kind"], entry?.name];
-    state.take(withFriction(withField(state.scene, path, value), entry, textures.entries));
+    state.take(withEverydayEffects(withField(state.scene, path, value), entry, textures.entries));
     show(name);
   };
   const onKept = async (name) => {

@@ -265,6 +265,7 @@ def test_a_sinusoid_can_be_chosen_after_an_imported_texture_and_each_choice_is_u
         page.click(f"#{button}")
         assert (page.evaluate(SCENE), page.evaluate(CHOSEN)) == (scene, name)
     page.click("#texture-sources summary")
+    page.wait_for_load_state("networkidle")  # its picture is asked for before it is gone
     page.once("dialog", lambda dialog: dialog.accept())
     page.click("#own-delete")
     told(page, "cloth is deleted")

@@ -86,6 +86,7 @@ OF_ONE_KIND = {
     *(f"texture.{name}" for name in special_fields() if name not in SHARED),
     *(f"finger.{name}" for name in (*PRINT, *TIP)),
     "texture.spacing",
+    "texture.period_across",
     *(f"scan.{name}" for name in LINE),
 }
 """Fields that only some kinds of texture or finger have: tests/synth/surfaces/test_texture_fields.py,
