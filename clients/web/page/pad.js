@@ -13,7 +13,7 @@ import { ScanSlider } from "./scan_slider.js";
 
 const PIXEL = 0.0254 / 96; // m
 const MAGNIFIED = 5; // at first; a brisk stroke of 1000 px/s then has the speed of a hand that explores, 50 mm/s
-const MOST_RAISED = 10; // gain for a magnified hand: at the first volume, a tenth, no sample exceeds full scale
+const MOST_RAISED = 10; // gain for a magnified hand; the player bends what would be loud
 const KEY_STEP = 8; // ms between contact updates of the arrow keys
 const SPEED_TIME = 0.036; // s over which the shown speed is averaged; shorter follows the jitter of pointers
 const LOAD_FACTOR = 1.25; // of + and -

@@ -2,7 +2,8 @@
 
     source (ring buffer, level) -> mix -> channels of the device -> volume -> raised -> destination
 
-At level 1 the mix contains exactly the samples of the source. Volume and levels change without clicks, within 50 ms.
+At level 1 the mix contains exactly the samples of the source. A raised sound is bent below LOUDEST, so that a sudden fast
+stroke does not startle in headphones. Volume and levels change without clicks, within 50 ms.
 A player is asleep while the browser does not permit sound, and after the system has paused it. It wakes at the next
 gesture: the press of a mouse button or a key, or the lift (not the touch) of a finger.
 Limits: samples wait while the player is asleep. Only some browsers can choose the output device (`canChooseOutput`).
@@ -15,6 +16,8 @@ import { Tap } from "./tap.js";
 /** Events with which a browser may permit sound. A finger that drags never clicks, so its lift is among them. */
 const WAKING = ["pointerdown", "mousedown", "pointerup", "touchend", "click", "keydown", "visibilitychange"];
 const RAISE = 0.02; // s, time constant of a change of `raised`; shorter clicks
+const LOUDEST = 0.3; // of the device: largest sample of a raised sound; three times what the first volume allows otherwise
+const CURVE_POINTS = 4097; // of the curve that bends it
 const FIRST_VOLUME = 0.1; // first volume: a vibration for an actuator is loud in headphones
 
 /** The output. Event "awake": `awake` may have changed. */
@@ -51,7 +54,12 @@ export class Player extends EventTarget {
     this.master = new GainNode(context, { gain: FIRST_VOLUME, channelInterpretation: "discrete" });
     context.destination.channelInterpretation = "discrete";
     this.raising = new GainNode(context, { channelInterpretation: "discrete" });
-    this.master.connect(this.raising).connect(context.destination);
+    this.plain = new GainNode(context, { channelInterpretation: "discrete" });
+    this.bent = new GainNode(context, { gain: 0, channelInterpretation: "discrete" });
+    const bending = new WaveShaperNode(context, { curve: bentBelow(LOUDEST), channelInterpretation: "discrete" });
+    this.output = new GainNode(context, { channelInterpretation: "discrete" });
+    this.master.connect(this.raising).connect(this.plain).connect(this.output).connect(context.destination);
+    this.raising.connect(bending).connect(this.bent).connect(this.output);
     this.#route();
     context.addEventListener("statechange", () => {
       this.#wake();
@@ -88,9 +96,15 @@ export class Player extends EventTarget {
     this.#wanted = glide(this.master.gain, value, this.context);
   }
 
-  /** Gain on top of the volume, 1 or more; initially 1. What exceeds 1.0 behind it is clipped by the device. */
+  /** Gain on top of the volume, 1 or more; initially 1. Above 1, samples stay below LOUDEST. */
   set raised(gain) {
-    this.raising.gain.setTargetAtTime(gain, this.context.currentTime, RAISE);
+    const bent = gain > 1 ? 1 : 0;
+    for (const [node, value] of [
+      [this.raising, gain],
+      [this.plain, 1 - bent],
+      [this.bent, bent],
+    ])
+      node.gain.setTargetAtTime(value, this.context.currentTime, RAISE);
   }
 
   /** Time from the audio thread to the loudspeaker, s, as far as the browser knows. */
@@ -139,9 +153,9 @@ export class Player extends EventTarget {
     this.#route();
   }
 
-  /** Returns a Tap behind the mix or, at "volume", behind the master volume. */
+  /** Returns a Tap behind the "mix", behind the master "volume", or at the "output". */
   tap(place = "mix") {
-    return new Tap(this.context, place === "mix" ? this.mix : this.master);
+    return new Tap(this.context, { mix: this.mix, volume: this.master, output: this.output }[place]);
   }
 
   /** Closes the player and its sources. */
@@ -190,4 +204,12 @@ function contextOf(sampleRate, latencyHint) {
     if (!["NotSupportedError", "RangeError", "TypeError"].includes(error.name)) throw error;
     throw new Error("This browser cannot play that sample rate. Set 48 kHz, or download the WAV.");
   }
+}
+
+/** Returns the curve of a WaveShaperNode that is straight for small samples and bends below `most`. */
+function bentBelow(most) {
+  return Float32Array.from({ length: CURVE_POINTS }, (_, index) => {
+    const sample = (2 * index) / (CURVE_POINTS - 1) - 1;
+    return most * Math.tanh(sample / most);
+  });
 }

@@ -42,7 +42,11 @@ const OF_SETS = [
   ["width", "Width of the sample", "What the maps show from left to right, as their library tells: such as 2 m."],
   ["part", "Part", "Side of the square in its middle that is kept, such as 60 mm. Empty: all of it."],
   OPTIONS.find(([name]) => name === "height"),
-  ["slope", "Slope below the pixel", "rms slope of synthetic waves, such as 0.1; 0: none. Empty: of the roughness map."],
+  [
+    "slope",
+    "Slope below the pixel",
+    "rms slope of synthetic waves, such as 0.1; 0: none. Empty: of the roughness map.",
+  ],
   OPTIONS.at(-1),
 ];
 const optionsOf = (file) => (/\.zip$/i.test(file.name) ? OF_SETS : OPTIONS);
@@ -122,7 +126,11 @@ export class ImportDialog {
     this.#status.textContent = "Reading the file.";
     let found;
     try {
-      found = await call("POST", "/v1/textures?dry_run=true", this.#form([...this.#fields.keys()].filter((name) => name !== "name")));
+      found = await call(
+        "POST",
+        "/v1/textures?dry_run=true",
+        this.#form([...this.#fields.keys()].filter((name) => name !== "name")),
+      );
     } catch (problem) {
       if (number === this.#newest) this.#refuse(problem);
       return;

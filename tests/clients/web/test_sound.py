@@ -228,6 +228,41 @@ def test_the_ring_plays_each_sample_once_and_counts_what_it_lacks(modules: Page,
     assert report["played"] == len(sent) + 1300
 
 
+LOUD = """async ({volume, raised, size}) => {
+  const player = await modules.Player.open({sampleRate: 48000});
+  player.volume = volume;
+  player.raised = raised;
+  const source = player.source(1);
+  const samples = new Float32Array(48000).fill(size);
+  source.play(samples);
+  source.rest();
+  await modules.until(() => source.played > 24000);
+  const tap = player.tap("output");
+  await modules.until(() => source.played === source.given);
+  const heard = await tap.take();
+  await player.close();
+  return modules.packed(heard);
+}"""
+
+
+@pytest.mark.parametrize(
+    ("volume", "raised", "size", "heard"),
+    [(1.0, 1, 0.9, 0.9), (0.1, 10, 0.02, 0.02), (0.1, 10, 1.0, 0.3), (1.0, 10, 1.0, 0.3)],
+    ids=["true size", "raised and quiet", "raised and loud", "raised, at the largest volume"],
+)
+def test_a_raised_sound_is_bent_before_it_is_loud(
+    modules: Page, volume: float, raised: float, size: float, heard: float
+) -> None:
+    samples = unpacked(modules.evaluate(LOUD, {"volume": volume, "raised": raised, "size": size}))
+    largest = float(np.max(np.abs(samples)))
+    if heard < 0.3:
+        assert largest == pytest.approx(heard, rel=0.01)
+    elif raised > 1:
+        assert 0.2 < largest <= heard
+    else:
+        assert largest == pytest.approx(heard, rel=1e-4)
+
+
 LEFT_OUT = """async ({frames, rest, at}) => {
   const last = {};
   const kinds = {};
