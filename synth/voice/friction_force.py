@@ -25,7 +25,7 @@ from synth.scene.line_scan import as_written
 from synth.voice.friction_direction import after_hand, along_scan, directed
 from synth.voice.table_reading import delayed
 
-LATE = 0.1  # of the peak-to-peak: a smaller error is of the moments of slips, which nobody feels
+LATE = 0.1  # of the peak-to-peak: smaller errors, of the moments of slips, cause no warning (unverified default)
 SMALL = 0.1  # of v_s: speed within which the force of sliding changes its sign; at once, it would click
 
 

@@ -9,7 +9,7 @@ Model: a plot is plain values:
   describe(x, y): the value of the first line as text. columns, rows: as they are exported.
 Limits: a line is drawn with all its points. */
 
-import { drawAxes, linearAxis, logAxis } from "../views/axes.js";
+import { drawAxes, drawLegend, linearAxis, logAxis } from "../views/axes.js";
 
 const BOX = { left: 72, top: 40, right: 12, bottom: 34 }; // CSS px to the edges of the canvas
 const LINE = 14; // CSS px per line of words
@@ -139,18 +139,7 @@ function drawWords(panel, { lines, words = [] }, box, free) {
     if (!legend) continue;
     const wide = context.measureText(legend).width;
     if (right - wide - 24 < free) break;
-    context.fillStyle = panel.colour("ink");
-    context.fillText(legend, right, 13);
-    right -= wide + 6;
-    context.strokeStyle = panel.colour(colour);
-    context.lineWidth = 2;
-    context.setLineDash(dash);
-    context.beginPath();
-    context.moveTo(right - 18, 9);
-    context.lineTo(right, 9);
-    context.stroke();
-    context.setLineDash([]);
-    right -= 30;
+    right = drawLegend(context, panel, { right, at: 13, words: legend, colour, dash });
   }
   context.textAlign = "left";
   context.fillStyle = panel.colour("ink");

@@ -94,3 +94,20 @@ export function drawAxes(panel, box, across, up, { acrossTitle = "", upTitle = "
   context.fillText(upTitle, 2, 13);
   return 2 + context.measureText(upTitle).width + 8;
 }
+
+/** Draws the words of a legend, which end at `right`, and its line before them. at: y of the words, px. Returns where the
+ *  next legend to the left ends. */
+export function drawLegend(context, panel, { right, at, words, colour, dash = [] }) {
+  context.fillStyle = panel.colour("ink");
+  context.fillText(words, right, at);
+  const end = right - context.measureText(words).width - 6;
+  context.strokeStyle = panel.colour(colour);
+  context.lineWidth = 2;
+  context.setLineDash(dash);
+  context.beginPath();
+  context.moveTo(end - 18, 9);
+  context.lineTo(end, 9);
+  context.stroke();
+  context.setLineDash([]);
+  return end - 30;
+}

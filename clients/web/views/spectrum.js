@@ -7,7 +7,7 @@ Limits: one channel; a change of the motion is resolved after WINDOW s. A line i
 lobes of the window are 90 dB below the largest line. */
 
 import { inWords, quantityOf } from "../scene/quantities.js";
-import { drawAxes, logAxis } from "./axes.js";
+import { drawAxes, drawLegend, logAxis } from "./axes.js";
 import { Panel } from "./panel.js";
 import { largestLine, FourierTransform } from "./fourier_transform.js";
 
@@ -231,20 +231,8 @@ export class Spectrum {
     context.textAlign = "right";
     context.textBaseline = "middle";
     let right = box.right;
-    for (const [colour, dash, words] of entries) {
-      context.fillStyle = this.panel.colour("ink");
-      context.fillText(words, right, 9);
-      right -= context.measureText(words).width + 6;
-      context.strokeStyle = this.panel.colour(colour);
-      context.lineWidth = 2;
-      context.setLineDash(dash);
-      context.beginPath();
-      context.moveTo(right - 18, 9);
-      context.lineTo(right, 9);
-      context.stroke();
-      context.setLineDash([]);
-      right -= 30;
-    }
+    for (const [colour, dash, words] of entries)
+      right = drawLegend(context, this.panel, { right, at: 9, words, colour, dash });
   }
 
   #tell() {
