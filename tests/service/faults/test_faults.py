@@ -3,7 +3,7 @@
 Witnesses (`witnesses`) run beside each fault: well-behaved real-time streams in their own process. The tests assert:
     always: no block of a witness is missing, out of place or of a wrong size, and no witness sees an error of protocol;
     in one of `ATTEMPTS` runs: the latest block during the fault is at most one block later than the latest block of the
-        calm time before it (other work on the machine may delay either);
+        calm time before it, plus what the machine itself was late in waking (`wakes`);
     always: afterwards the server has no more tasks, file descriptors and sessions than before (polled, since sessions
         of broken connections are kept for a while), and a repetition of the fault raises its resident memory, after a
         full garbage collection, by at most `GROWTH`.
@@ -31,6 +31,7 @@ from tests.service.faults.proxy import Proxy, proxied
 from tests.service.faults.serve_inspected import PATH
 from tests.service.faults.witnesses import BLOCK, RATE, witnesses
 from tests.service.harness import Child, roomy_environment, until
+from tests.service.wakes import wakes
 
 MODULE = "tests.service.faults.serve_inspected"
 KEPT_SECONDS = 1.0  # that the server keeps the session of a broken connection in these tests
@@ -102,15 +103,16 @@ def undisturbed(served: Served, fault: Fault) -> None:
     """Fail unless the witnesses of `fault` get all their blocks, on time in one of several attempts."""
     found = []
     for _ in range(ATTEMPTS):
-        with witnesses(served.url, served.folder) as seen:
+        with wakes(served.folder) as woken, witnesses(served.url, served.folder) as seen:
             calm = seen.during(lambda: time.sleep(CALM_SECONDS))
             under = seen.during(fault)
             seen.end()
+            machine = woken.latest(under)
         assert seen.report["missing"] == 0 and seen.report["mistaken_streams"] == 0, seen.report
-        found.append((seen.latest(calm), seen.latest(under)))
-        if found[-1][1] <= found[-1][0] + BLOCK / RATE:
+        found.append((seen.latest(calm), seen.latest(under), machine))
+        if found[-1][1] <= found[-1][0] + BLOCK / RATE + machine:
             return
-    pytest.fail(f"witnesses were late, s, calm and under the fault: {found}")
+    pytest.fail(f"witnesses were late, s, calm and under the fault, and the machine: {found}")
 
 
 def suffered(served: Served, fault: Fault) -> None:
