@@ -6,7 +6,9 @@ Model   A group is a TOML file in the folder `textures` beside this file. Its fi
         of this scan, such as friction. Each number is a pair [value, source]. The first words of a source state how far
         to trust it (TRUST).
         A name means its texture alone, in a scene as the value of `texture.kind` and on the command line in place of a
-        file. `CatalogueEntry.everyday` is a whole scene: a fingertip that scans the texture as EVERYDAY.
+        file. NAME-area is the surface of the entry NAME with heights that vary across the scan too. The line NAME is
+        solved ten times as fast, and has a series of harmonics, which `analyze` and `study` need.
+        `CatalogueEntry.everyday` is a whole scene: a fingertip that scans the texture as EVERYDAY.
 Source  EVERYDAY is the scan of the default scene. People scan textures at 10 to 160 mm/s in the experiments of
         Greenspon et al. 2019 (doi 10.1101/680322), and Fagiani & Barbieri 2016, section 2, find 0.05 to 1.8 N useful.
 Limits  No height was measured by this project. Textures of the kinds sinusoid, harmonics, grating and rough vary along

@@ -1,15 +1,16 @@
 /* The answer in words: how far the vibration is over the detection threshold, and at which frequency.
 
 Model: of the lines that the spectrum shows up to HIGHEST, the one that is the most above the threshold. Thresholds of people
-differ by some 10 dB, so nearer than that the answer says "near".
+differ, so within the band that the spectrum shows about the threshold the answer says "near".
 Limits: lines are taken one by one; together they may be felt where each alone is not. */
 
 import { byId } from "../dom.js";
 import { inWords, quantityOf } from "../scene/quantities.js";
+import { THRESHOLD_SPREAD } from "../views/spectrum.js";
 
 const HIGHEST = 1000; // Hz, highest frequency that skin feels
 const EVERY = 250; // ms between answers; more often cannot be read
-const NEAR = 3; // dB; an unverified default
+const NEAR = 20 * Math.log10(THRESHOLD_SPREAD); // dB
 const SILENT = 1e-6; // of full scale
 
 /** Returns {level (dB), frequency (Hz)} of the line that is the most above the threshold; null for none.

@@ -9,6 +9,7 @@ import { byId } from "../dom.js";
 import { mountToolbars } from "../plots/toolbar.js";
 import { call } from "../service.js";
 import { ContactStrip } from "../relief/contact_strip.js";
+import { colour } from "../textures/material_colours.js";
 import { ContactSideView } from "../views/contact_side_view.js";
 import { Spectrum } from "../views/spectrum.js";
 import { TextureTopView } from "../views/texture_top_view.js";
@@ -73,6 +74,8 @@ export class LiveViews {
     this.#period = picture.texture.period;
     this.#middle = picture.finger.begin + picture.finger.length / 2;
     this.#load = picture.response.load;
+    colour(this.pad.element, String(scene.texture?.kind ?? ""));
+    this.surface.panel.restyle();
     this.surface.show({ ...picture.texture, contactLength: picture.finger.length, finger: picture.finger });
     this.scale(this.pad.metresPerPixel);
     this.contact.show(picture);

@@ -53,6 +53,7 @@ export async function begin() {
   const textures = new TextureList(listed.textures);
   const wall = wireTextureWall({ state, textures, tell });
   const slots = new Slots({ state, textures });
+  views.plots.slot = () => slots.pressed.toUpperCase();
   const sheet = new Sheet(form);
   const actions = new SceneActions({ state, form, textures, session, tell });
   const recorder = new Recorder({ session, pad, tell, show: (scene) => state.take(scene) });

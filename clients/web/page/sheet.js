@@ -1,7 +1,8 @@
 /* What the page shows beside the pad: on a narrow screen one of Feel, Plot and Scene, on a wide one the drawer of the scene.
 
-Model: the attribute `data-sheet` of the body names it; layout.css does the rest. On a wide screen Feel and Plot are always
-there, and "scene" opens the drawer. The fields that are set come first when the drawer opens. */
+Model: the attribute `data-sheet` of the body names it, `data-open` opens the sheet of an upright phone; layout.css does the
+rest. On a wide screen Feel and Plot are always there, and "scene" opens the drawer. The fields that are set come first when
+the drawer opens. */
 
 import { byId } from "../dom.js";
 
@@ -10,7 +11,7 @@ export class Sheet {
   constructor(form) {
     this.form = form;
     this.tabs = [...document.querySelectorAll("[data-tab]")];
-    for (const tab of this.tabs) tab.addEventListener("click", () => this.show(tab.dataset.tab));
+    for (const tab of this.tabs) tab.addEventListener("click", () => this.#press(tab.dataset.tab));
     byId("drawer").addEventListener("click", () => this.show(this.shown === "scene" ? "feel" : "scene"));
     byId("close-drawer").addEventListener("click", () => {
       this.show("feel");
@@ -18,6 +19,12 @@ export class Sheet {
     });
     byId("scene-search").addEventListener("input", ({ target }) => form.search(target.value));
     this.show("feel");
+  }
+
+  /** Shows a tab with the sheet open; pressed again, a tab closes the sheet. */
+  #press(name) {
+    document.body.toggleAttribute("data-open", name !== this.shown || !("open" in document.body.dataset));
+    this.show(name);
   }
 
   /** "feel", "plot" or "scene". */

@@ -1,13 +1,14 @@
 /* The wall of textures: a sinusoid, the catalogue by groups, and the imported textures, each with a lit picture.
 
 Model: each texture is a radio button, so the arrow keys go from one to the next. A picture is requested when it comes into
-view, and kept. The search hides what has none of its words. A texture that is none of these is shown by its kind, with no
-button chosen. */
+view, and kept. The search hides what has none of its words. A texture that is none of these is shown by its name or its kind,
+with no button chosen. */
 
 import { byId, make } from "../dom.js";
 import { withField } from "../scene/merge.js";
 import { callBinary } from "../service.js";
 import { withEverydayEffects } from "../textures/everyday_effects.js";
+import { colour } from "../textures/material_colours.js";
 import { byGroup } from "../textures/groups.js";
 import { wireImport } from "../textures/import_control.js";
 import { TextureDescription } from "../textures/texture_description.js";
@@ -45,11 +46,11 @@ export function wireTextureWall({ state, textures, tell }) {
     choose(name);
     tell(`${name} is kept, and among the textures under “Yours”.`);
   };
-  wall.fill(textures.entries);
+  wall.fill(textures.offered);
   state.addEventListener("change", () => show());
   textures.addEventListener("change", () => {
     const { value } = wall;
-    wall.fill(textures.entries);
+    wall.fill(textures.offered);
     show(value);
   });
   wireImport({ onKept, tell });
@@ -101,7 +102,7 @@ export class TextureWall {
     (this.#inputs.find(({ checked }) => checked) ?? this.#inputs[0]).focus();
   }
 
-  /** Makes a button for each of `entries`, those of a TextureList. */
+  /** Makes a button for each of `entries`, those that a TextureList offers. */
   fill(entries) {
     const sinusoid = { name: SINUSOID, title: "Sinusoid", group: GENERATED, note: "" };
     const groups = byGroup([sinusoid, ...entries]);
@@ -175,9 +176,13 @@ export class TextureWall {
 
 function tileOf(entry) {
   const words = [entry.name, entry.title, entry.group].join(" ").toLowerCase();
-  const picture = entry.picture
-    ? make("img", { alt: "", width: 240, height: 240, "data-picture": entry.picture })
-    : make("span.waves", { "aria-hidden": "true" });
+  const picture = make(
+    "span.picture",
+    { "aria-hidden": "true" },
+    entry.picture ? make("img", { alt: "", width: 240, height: 240, "data-picture": entry.picture }) : null,
+  );
+  if (!entry.picture) picture.classList.add("waves");
+  colour(picture, entry.name);
   return make(
     "label.tile",
     { "data-words": words, title: entry.title },

@@ -1,4 +1,4 @@
-/* The plot of two kept spectra, A and B, with the difference of their levels over threshold in words.
+/* The plot of the spectra that were last felt with the slots A and B, with the difference of their levels over threshold in words.
 
 Model: the level of a spectrum is that of its line that is highest over the detection threshold, in dB. Where there is
 no threshold the level is that of the largest line, and only the difference is told.
@@ -65,9 +65,9 @@ export function highestOf(snapshot) {
 
 function wordsOf(slots) {
   const missing = ["A", "B"].find((slot) => !slots[slot]);
-  if (missing) return [`Nothing is kept as ${missing} yet.`];
+  if (missing) return [`Nothing was felt with ${missing} pressed yet.`];
   if (slots.A.quantity !== slots.B.quantity)
-    return [`A is ${quantityOf(slots.A.quantity).name} and B ${quantityOf(slots.B.quantity).name}: keep one again.`];
+    return [`A is ${quantityOf(slots.A.quantity).name} and B ${quantityOf(slots.B.quantity).name}: stroke one again.`];
   const [a, b] = [highestOf(slots.A), highestOf(slots.B)];
   if (!a || !b) return [`${a ? "B" : "A"} is silent.`];
   const known = slots.A.levels.length > 0;

@@ -3,7 +3,8 @@
 Model: a plot is plain values:
   title, acrossTitle: of the axes.
   across, up: {low, high, unit, log}: the whole axes, SI.
-  lines: [{xs, ys, colour, fill, dash, legend, hidden}], SI; colour: a custom property of views.css.
+  lines: [{xs, ys, colour, fill, dash, legend, hidden, band}], SI; colour: a custom property of views.css.
+    band: the factor up and down to which its surroundings are shaded.
   bounds: values of `up` to be marked. marks: [{x, label}]. words: lines of text under the title.
   image: {picture, left, right, low, high}: a picture in axes' values, instead of lines.
   describe(x, y): the value of the first line as text. columns, rows: as they are exported.
@@ -50,10 +51,17 @@ export function drawPlot(panel, plot, window) {
   return axes;
 }
 
-function drawLine(panel, { xs, ys, colour, fill, dash = [] }, { box, across, up }) {
+function drawLine(panel, { xs, ys, colour, fill, band, dash = [] }, { box, across, up }) {
   const { context } = panel;
   const [first, last] = visible(xs, across);
   const lowest = up.low > 0 ? up.low / 10 : -Infinity; // a logarithm has no zero
+  if (band) {
+    const placed = (factor) => Array.from(xs, (x, index) => [across.place(x), up.place(ys[index] * factor)]);
+    context.beginPath();
+    for (const place of [...placed(band), ...placed(1 / band).reverse()]) context.lineTo(...place);
+    context.fillStyle = panel.colour(`${colour}-soft`);
+    context.fill();
+  }
   context.beginPath();
   for (let index = first; index <= last; index++)
     context.lineTo(across.place(xs[index]), Math.min(box.bottom + 4, up.place(Math.max(ys[index], lowest))));

@@ -35,9 +35,11 @@ export class PlotSession {
     this.#gestures[name](event);
   }
 
-  /** The hand has lifted: freezes what was felt. */
-  lifted(snapshot) {
+  /** The hand has lifted: freezes what was felt, and keeps it for a slot, "A" or "B". */
+  lifted(snapshot, slot) {
+    this.#slots[slot] = snapshot;
     for (const name of Object.keys(this.#tools)) this.#freeze(name, "lift", snapshot);
+    if (this.#view === "comparison") this.#show("spectrum");
   }
 
   /** A hand touches: what was frozen by a lift is live again. */
@@ -50,7 +52,6 @@ export class PlotSession {
     const panel = this.panels[name];
     if (action === "freeze") return this.#frozen[name] ? this.#thaw(name) : this.#freeze(name);
     if (action === "view") return this.#choose(value);
-    if (action === "A" || action === "B") return this.#keep(action);
     if (action === "in" || action === "out") {
       this.#freeze(name);
       return panel.zoom(action === "in" ? 2 : 0.5);
@@ -99,19 +100,10 @@ export class PlotSession {
         if (plot) this.#say("spectrum", plot.told);
       };
       if (this.#view === view) this.#further = { show, pause() {}, close() {} };
-      if (!this.#slots.A && !this.#slots.B) this.#say("spectrum", "Keep a spectrum as A, and another one as B.");
+      if (!this.#slots.A && !this.#slots.B)
+        this.#say("spectrum", "Stroke with A pressed above the textures, then with B.");
     }
     if (this.#view === view) this.#show("spectrum");
-  }
-
-  #keep(slot) {
-    const snapshot = this.#frozen.spectrum?.snapshot ?? this.#plots.snapshot();
-    if (!snapshot) return this.#say("spectrum", "Stroke the pad first: there is nothing to keep.");
-    this.#slots[slot] = snapshot;
-    const button = this.#tools.spectrum.place.querySelector(`[data-action="${slot}"]`);
-    button.classList.add("kept");
-    this.#say("spectrum", `The spectrum is kept as ${slot}.`);
-    if (this.#view === "comparison") this.#show("spectrum");
   }
 
   async #export(name, format) {

@@ -5,7 +5,7 @@ interpolated logarithmically between its frequencies. */
 
 import { inWords, quantityOf } from "../scene/quantities.js";
 import { FourierTransform, largestLine } from "../views/fourier_transform.js";
-import { levelAt } from "../views/spectrum.js";
+import { levelAt, THRESHOLD_SPREAD } from "../views/spectrum.js";
 import { capital, nameOfColumn, rowsWithin } from "./waveform_plot.js";
 
 const [LOWEST, HIGHEST] = [10, 5000]; // Hz, as in the live view
@@ -50,7 +50,7 @@ export function spectrumOf({ samples, size, rate }) {
 /** Returns the line of a detection threshold, [[Hz, SI]]. */
 export function thresholdLine(levels) {
   const [xs, ys] = [0, 1].map((column) => levels.map((pair) => pair[column]));
-  return { xs, ys, colour: "threshold", dash: [6, 4], legend: "detection threshold" };
+  return { xs, ys, colour: "threshold", dash: [6, 4], legend: "detection threshold", band: THRESHOLD_SPREAD };
 }
 
 /** Returns a ratio of amplitudes in dB; null for silence. */

@@ -2,7 +2,8 @@
 
 Model: the buttons are there from the beginning. What they do is loaded with their first use (plot_session.js). This
 module notes what a plot needs to know of the past: the frames that were shown without a gap, and the plan of their
-stream. When the last finger lifts, both plots freeze at what was felt; the next touch shows the live plots again.
+stream. When the last finger lifts, both plots freeze at what was felt, and the pressed slot of the page keeps it for "A
+against B"; the next touch shows the live plots again.
 Limits: the last second of samples; one channel. */
 
 import { make } from "../dom.js";
@@ -17,10 +18,6 @@ const TOOLS = [
   ["png", "PNG", "Download as PNG"],
   ["csv", "CSV", "Download the numbers as CSV"],
 ];
-const SLOTS = [
-  ["A", "Keep A", "Keep this spectrum as A"],
-  ["B", "Keep B", "Keep this spectrum as B"],
-];
 const ENTERING = ["pointermove", "pointerdown", "focus", "keydown"];
 
 /** Puts a toolbar into each panel of `views`, a LiveViews; returns the Plots. */
@@ -29,6 +26,8 @@ export function mountToolbars(views) {
 }
 
 class Plots {
+  /** Returns the pressed slot of the page, "A" or "B", whose spectrum a lift keeps. */
+  slot = () => "A";
   /** follower(samples, fullScale, quantity, rate): called with what the live plots are given; null: none. */
   follower = null;
   #finger = null; // whose frames are shown
@@ -67,7 +66,7 @@ class Plots {
     if (touches) return this.#loaded?.then((plots) => plots.touched());
     const felt = this.snapshot();
     if (felt?.samples.some((value) => Math.abs(value) > NONE * felt.fullScale))
-      this.#use((plots) => plots.lifted(felt));
+      this.#use((plots) => plots.lifted(felt, this.slot()));
   }
 
   /** Returns what a plot is made of: samples (SI) and their scales, as `Waveform.kept`, with the first frame of the
@@ -114,7 +113,7 @@ class Plots {
       const options = Object.entries(VIEWS).map(([value, text]) => make("option", { value, text }));
       const view = make("select", { "aria-label": "View", "data-action": "view" }, ...options);
       view.addEventListener("change", () => this.#use((plots) => plots.act(name, "view", view.value)));
-      place.append(view, ...SLOTS.map(button));
+      place.prepend(view);
     }
     if (!place.isConnected) canvas.before(place);
     place.addEventListener("click", ({ target }) => {

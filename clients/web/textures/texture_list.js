@@ -24,6 +24,12 @@ export class TextureList extends EventTarget {
     return this.#entries;
   }
 
+  /** The entries to choose from: where a surface is there as an area, its line drawn out across the scan is left out. */
+  get offered() {
+    const names = new Set(this.#entries.map(({ name }) => name));
+    return this.#entries.filter(({ name }) => !names.has(`${name}-area`));
+  }
+
   /** Returns the entries that `texture`, a section of a scene, can come from. */
   of(texture) {
     return this.#entries.filter(

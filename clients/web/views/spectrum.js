@@ -2,7 +2,8 @@
 
 Model: a flat-top transform (fourier_transform.js) of the newest samples, so that a sinusoid of amplitude A has the
 height A. The detection threshold is a displacement; that of velocity is 2 pi f times larger, that of acceleration (2 pi
-f)^2 times. Both axes are logarithmic. The upper one reaches the full scale, or the largest line where that is beyond. Each device pixel shows its largest bin.
+f)^2 times. Both axes are logarithmic. The upper one reaches the full scale, or the largest line where that is beyond. Each
+device pixel shows its largest bin. A band about the threshold shows where people differ (THRESHOLD_SPREAD).
 Limits: one channel; a change of the motion is resolved after WINDOW s. A line is 5 bins wide to each side, and the side
 lobes of the window are 90 dB below the largest line. */
 
@@ -10,6 +11,9 @@ import { inWords, quantityOf } from "../scene/quantities.js";
 import { drawAxes, drawLegend, logAxis } from "./axes.js";
 import { Panel } from "./panel.js";
 import { largestLine, FourierTransform } from "./fourier_transform.js";
+
+/** The factor, up and down, within which the thresholds of most people are: 5 dB, an unverified default. */
+export const THRESHOLD_SPREAD = 10 ** (5 / 20);
 
 const WINDOW = 0.3; // s of sound, at least
 const EVERY = 40; // ms between drawings
@@ -191,6 +195,12 @@ export class Spectrum {
     context.beginPath();
     context.rect(box.left, box.top, box.right - box.left, box.bottom - box.top);
     context.clip();
+    const raised = (factor) => this.levels.map(([frequency, level]) => [frequency, level * factor]);
+    context.fillStyle = panel.colour("threshold-soft");
+    context.beginPath();
+    for (const [frequency, level] of [...raised(THRESHOLD_SPREAD), ...raised(1 / THRESHOLD_SPREAD).reverse()])
+      context.lineTo(across.place(frequency), up.place(level));
+    context.fill();
     context.strokeStyle = panel.colour("threshold");
     context.lineWidth = 1.6;
     context.setLineDash([6, 4]);
