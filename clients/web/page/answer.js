@@ -42,11 +42,24 @@ export function answerOf({ drawn, fullScale, quantity }) {
 }
 
 /** Keeps the answer up to date from now on. spectrum: the Spectrum. */
-export function wireAnswer(spectrum) {
-  let seen = null;
-  setInterval(() => {
-    if (spectrum.drawn === seen) return;
-    seen = spectrum.drawn;
-    byId("answer").textContent = answerOf(spectrum);
-  }, EVERY);
+export class Answer {
+  #seen = null;
+  #held = false;
+
+  constructor(spectrum) {
+    this.spectrum = spectrum;
+    setInterval(() => this.#held || this.#tell(), EVERY);
+  }
+
+  /** Keeps the answer as it is now while `held`: the plots show what was felt until a lift. */
+  hold(held) {
+    if (held && !this.#held) this.#tell();
+    this.#held = held;
+  }
+
+  #tell() {
+    if (this.spectrum.drawn === this.#seen) return;
+    this.#seen = this.spectrum.drawn;
+    byId("answer").textContent = answerOf(this.spectrum);
+  }
 }

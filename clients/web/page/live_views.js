@@ -14,7 +14,7 @@ import { ContactSideView } from "../views/contact_side_view.js";
 import { Spectrum } from "../views/spectrum.js";
 import { TextureTopView } from "../views/texture_top_view.js";
 import { Waveform } from "../views/waveform.js";
-import { wireAnswer } from "./answer.js";
+import { Answer } from "./answer.js";
 import { Pad } from "./pad.js";
 import { Ribbon } from "./ribbon.js";
 
@@ -53,7 +53,7 @@ export class LiveViews {
     this.plots = mountToolbars(this);
     this.strip = new ContactStrip(byId("strip"), this.surface);
     this.ribbon = new Ribbon(byId("ribbon"));
-    wireAnswer(this.spectrum);
+    this.answer = new Answer(this.spectrum);
     new ResizeObserver(() => this.scale(pad.metresPerPixel)).observe(pad.element);
     session.addEventListener("ready", ({ detail }) => this.#warm(detail.ready), { once: true });
     session.addEventListener("block", ({ detail }) => this.#hear(detail));
@@ -101,6 +101,7 @@ export class LiveViews {
     const all = [...touches.values()].filter(({ position }) => position !== undefined);
     this.#place(all);
     this.plots.touch(all.length > 0);
+    this.answer.hold(this.plots.lifted);
     clearTimeout(this.#still);
     if (all.length) this.#still = setTimeout(() => this.spectrum.mark([]), STILL);
     else this.spectrum.mark([]);

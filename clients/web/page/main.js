@@ -74,6 +74,7 @@ export async function begin() {
       refused(form, detail);
     },
   });
+  session.addEventListener("plan", ({ detail }) => plan.hand(detail.plan));
   new Devices({ session, views, tell });
   wireLimiter({ session, state, tell, onRescaled: () => recorder.renewed() });
   wireTrueRatio({ session, state, tell });

@@ -25,6 +25,11 @@ export class PlanSection {
     });
   }
 
+  /** Shows the errors of a stream that follows a hand. */
+  hand(plan) {
+    this.control.hand(plan);
+  }
+
   /** Requests the plan of `scene` after a short delay. */
   show(scene) {
     this.#scene = scene;

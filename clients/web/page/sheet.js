@@ -17,6 +17,7 @@ export class Sheet {
       this.show("feel");
       byId("drawer").focus();
     });
+    byId("scene").addEventListener("keydown", ({ key }) => key === "Escape" && byId("close-drawer").click());
     byId("scene-search").addEventListener("input", ({ target }) => form.search(target.value));
     this.show("feel");
   }

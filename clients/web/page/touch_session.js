@@ -5,7 +5,7 @@ scene. A change of what is fixed for a stream (rate, channels, quantity, full sc
 choice of a texture, which has its own automatic full scale, so that its level does not depend on those before. The
 present streams sound until the new ones are open. A full scale that the scene names, or a recording, is kept.
 Limits: at most MOST_FINGERS at once; one in a recording.
-Events: "state" {state}, "player" {player}, "block" {ready, samples, unlimited, finger}, "ready" {ready}, "problem" {problem,
+Events: "state" {state}, "player" {player}, "block" {ready, samples, unlimited, finger}, "ready" {ready}, "plan" {plan: of a stream}, "problem" {problem,
 sentence}, "limited" {reduction} in dB. */
 
 import { Finger } from "../hand/finger.js";
@@ -284,6 +284,7 @@ export class TouchSession extends EventTarget {
     finger.addEventListener("block", ({ detail }) =>
       this.#tell("block", { ...detail, finger, ready: finger.connection.ready }),
     );
+    finger.addEventListener("scene", ({ detail }) => this.#tell("plan", { plan: detail.plan }));
     finger.addEventListener("problem", ({ detail }) =>
       this.#tell("problem", { problem: detail.problem, sentence: detail.problem.detail ?? detail.problem.title }),
     );
@@ -305,6 +306,7 @@ export class TouchSession extends EventTarget {
 
   #changed(finger, type, detail) {
     if (type === "ready") this.#tell("ready", detail);
+    if (type === "ready") this.#tell("plan", { plan: detail.ready.plan });
     if (type === "ended") this.#drop(finger, detail);
     this.#tell("state", { state: this.state });
   }

@@ -27,6 +27,8 @@ export class AccuracyControl extends EventTarget {
   #timer = 0;
   #request = new AbortController(); // of the newest plan
   #radios = {};
+  #plan = null; // the newest, of the scene
+  #ofHand = null; // of a stream
 
   /** place: the element that contains the control. call(method, path, body): that of service.js. */
   constructor(place, { call }) {
@@ -85,13 +87,8 @@ export class AccuracyControl extends EventTarget {
     try {
       const plan = await this.#call("POST", "/v1/explain", scene, signal);
       if (signal.aborted) return null;
-      const errors = Object.entries(plan.estimated_error).map(([name, error]) => [
-        `error, ${words(name)}`,
-        shareInWords(error),
-      ]);
-      const rows = [...(plan.cost ? costInWords(plan.cost) : []), ...errors];
-      const shown = rows.map(([name, value]) => make("div", {}, make("dt", {}, name), make("dd", {}, value)));
-      this.cost.replaceChildren(...shown);
+      this.#plan = plan;
+      this.#list();
       this.#say("");
       this.dispatchEvent(new CustomEvent("plan", { detail: { scene, plan } }));
       return plan;
@@ -99,6 +96,25 @@ export class AccuracyControl extends EventTarget {
       if (!signal.aborted) this.#refuse(error);
       return null;
     }
+  }
+
+  /** Shows the errors of the plan of a stream that follows a hand, under those of the scene. */
+  hand(plan) {
+    this.#ofHand = plan;
+    this.#list();
+  }
+
+  #list() {
+    const errors = (plan, motion) =>
+      Object.entries(plan?.estimated_error ?? {}).map(([name, error]) => [
+        `error ${motion}, ${words(name)}`,
+        shareInWords(error),
+      ]);
+    const rows = this.#plan?.cost ? costInWords(this.#plan.cost) : [];
+    rows.push(...errors(this.#plan, "at the set speed"), ...errors(this.#ofHand, "under a hand"));
+    this.cost.replaceChildren(
+      ...rows.map(([name, value]) => make("div", {}, make("dt", {}, name), make("dd", {}, value))),
+    );
   }
 
   /** Measures all methods and draws the result; returns it, null if it was refused. */

@@ -133,7 +133,7 @@ function svgOf(svg, { across, up }, header) {
   const metadata = escaped(JSON.stringify({ ...header, axes: { across: told(across), up: told(up) } }));
   const ground = `<rect width="${width}" height="${height + CAPTION}" fill="${style.getPropertyValue("--ground")}"/>`;
   const look = `font-size="10" font-family="sans-serif" fill="${style.getPropertyValue("--muted")}"`;
-  const caption = `<text x="2" y="${height + CAPTION - 7}" ${look}>${escaped(captionOf(header))}</text>`;
+  const caption = `<text x="2" y="${height + CAPTION - 7}" ${look}>${escaped(captionOf(header)[0])}</text>`;
   const size = `width="${width}" height="${height + CAPTION}" viewBox="0 0 ${width} ${height + CAPTION}"`;
   const inner = [...copy.childNodes].map((child) => new XMLSerializer().serializeToString(child)).join("");
   const text = `<svg xmlns="http://www.w3.org/2000/svg" ${size}><metadata>${metadata}</metadata>${ground}${inner}${caption}</svg>`;

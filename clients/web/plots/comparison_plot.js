@@ -9,7 +9,7 @@ import { levelAt } from "../views/spectrum.js";
 import { decibels, overThreshold, spectrumOf, spectrumPlot, thresholdLine } from "./spectrum_plot.js";
 import { nameOfColumn, rowsWithin } from "./waveform_plot.js";
 
-const LOOKS = { A: { colour: "signal" }, B: { colour: "glow", dash: [3, 2] } };
+const LOOKS = { A: { colour: "signal" }, B: { colour: "other", dash: [3, 2] } };
 
 /** Returns the plot of `slots`, {A, B}: snapshots (toolbar.js), undefined where none is kept. */
 export function comparisonPlot(slots) {

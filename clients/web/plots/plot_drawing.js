@@ -15,9 +15,9 @@ import { drawAxes, drawLegend, linearAxis, logAxis } from "../views/axes.js";
 const BOX = { left: 72, top: 40, right: 12, bottom: 34 }; // CSS px to the edges of the canvas
 const LINE = 14; // CSS px per line of words
 
-/** Returns {box, across, up} of `plot` in `window`, [low, high] of the horizontal axis. */
-export function axesOf({ width, height }, plot, [low, high] = [plot.across.low, plot.across.high]) {
-  const room = plot.words?.length ? (plot.words.length - 1) * LINE + 4 : 0;
+/** Returns {box, across, up} of `plot` in `window`, [low, high] of the horizontal axis. lines: of words under the title. */
+export function axesOf({ width, height }, plot, [low, high] = [plot.across.low, plot.across.high], lines = 0) {
+  const room = lines ? (lines - 1) * LINE + 4 : 0;
   const box = { left: BOX.left, top: BOX.top + room, right: width - BOX.right, bottom: height - BOX.bottom };
   const axis = ({ unit, log }, from, to, most, apart, least, largest) =>
     log ? logAxis(least, largest, from, to, unit, apart) : linearAxis(least, largest, from, to, unit, most);
@@ -29,7 +29,9 @@ export function axesOf({ width, height }, plot, [low, high] = [plot.across.low, 
 /** Draws `plot` on `panel`: {context, width, height, colour(name), font(size, weight)}. Returns its axes. */
 export function drawPlot(panel, plot, window) {
   const { context, width, height } = panel;
-  const axes = axesOf(panel, plot, window);
+  context.font = panel.font(11);
+  const words = wrapped(context, plot.words ?? [], width - 4);
+  const axes = axesOf(panel, plot, window, words.length);
   const { box, across, up } = axes;
   context.fillStyle = panel.colour("ground");
   context.fillRect(0, 0, width, height);
@@ -38,7 +40,7 @@ export function drawPlot(panel, plot, window) {
     acrossTitle: titled(plot.acrossTitle, across, plot.across),
     upTitle: titled(plot.title, up, plot.up),
   });
-  drawWords(panel, plot, box, free);
+  drawWords(panel, plot.lines, words, box, free);
   context.save();
   context.beginPath();
   context.rect(box.left, box.top, box.right - box.left, box.bottom - box.top);
@@ -136,8 +138,23 @@ function drawMarks(panel, marks, box, across) {
   context.setLineDash([]);
 }
 
+/** Returns sentences as lines that are at most `width` CSS px wide in the font of `context`. */
+export function wrapped(context, sentences, width) {
+  const lines = [];
+  for (const sentence of sentences) {
+    let line = "";
+    for (const word of sentence.split(" ")) {
+      const longer = line ? `${line} ${word}` : word;
+      if (line && context.measureText(longer).width > width) lines.push(line);
+      line = line && context.measureText(longer).width > width ? word : longer;
+    }
+    lines.push(line);
+  }
+  return lines;
+}
+
 /** Draws the legend to the right of the title, and the words under it. */
-function drawWords(panel, { lines, words = [] }, box, free) {
+function drawWords(panel, lines, words, box, free) {
   const { context } = panel;
   context.font = panel.font(11);
   context.textBaseline = "alphabetic";

@@ -63,7 +63,7 @@ export function spectrogramPlot(snapshot, samples, ground, signal) {
   const half = HOP / 2 / rate;
   const bin = rate / WINDOW;
   return {
-    ...{ kind: "spectrogram", snapshot, title: "Frequency", acrossTitle: "time" },
+    ...{ kind: "spectrogram", snapshot, transform: WINDOW, title: "Frequency", acrossTitle: "time" },
     across: { low: -KEPT, high: 0, unit: "s", log: false },
     up: { low: 0, high: HIGHEST, unit: "Hz", log: false },
     lines: [strongest(columns, frequencies)],

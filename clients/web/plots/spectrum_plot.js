@@ -20,7 +20,13 @@ export function spectrumPlot(snapshot) {
   const high = 10 ** Math.ceil(Math.log10(Math.max(fullScale, largest.amplitude)));
   const { xs, ys } = { xs: frequencies.slice(1), ys: amplitudes.slice(1) };
   return {
-    ...{ kind: "spectrum", snapshot, title: `${capital(name)} amplitude`, acrossTitle: "frequency" },
+    ...{
+      kind: "spectrum",
+      snapshot,
+      transform: snapshot.size,
+      title: `${capital(name)} amplitude`,
+      acrossTitle: "frequency",
+    },
     across: { low: LOWEST, high: Math.min(HIGHEST, rate / 2), unit: "Hz", log: true },
     up: { low: high / 10 ** DECADES, high, unit, log: true },
     lines: [
@@ -50,7 +56,7 @@ export function spectrumOf({ samples, size, rate }) {
 /** Returns the line of a detection threshold, [[Hz, SI]]. */
 export function thresholdLine(levels) {
   const [xs, ys] = [0, 1].map((column) => levels.map((pair) => pair[column]));
-  return { xs, ys, colour: "threshold", dash: [6, 4], legend: "detection threshold", band: THRESHOLD_SPREAD };
+  return { xs, ys, colour: "threshold", dash: [6, 4], legend: "threshold", band: THRESHOLD_SPREAD };
 }
 
 /** Returns a ratio of amplitudes in dB; null for silence. */

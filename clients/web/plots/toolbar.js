@@ -26,6 +26,8 @@ export function mountToolbars(views) {
 }
 
 class Plots {
+  /** Whether the plots show what was felt until the last finger lifted. */
+  lifted = false;
   /** Returns the pressed slot of the page, "A" or "B", whose spectrum a lift keeps. */
   slot = () => "A";
   /** follower(samples, fullScale, quantity, rate): called with what the live plots are given; null: none. */
@@ -63,10 +65,11 @@ class Plots {
   touch(touches) {
     if (touches === this.#touched) return;
     this.#touched = touches;
+    if (touches) this.lifted = false;
     if (touches) return this.#loaded?.then((plots) => plots.touched());
     const felt = this.snapshot();
-    if (felt?.samples.some((value) => Math.abs(value) > NONE * felt.fullScale))
-      this.#use((plots) => plots.lifted(felt, this.slot()));
+    this.lifted = Boolean(felt?.samples.some((value) => Math.abs(value) > NONE * felt.fullScale));
+    if (this.lifted) this.#use((plots) => plots.lifted(felt, this.slot()));
   }
 
   /** Returns what a plot is made of: samples (SI) and their scales, as `Waveform.kept`, with the first frame of the

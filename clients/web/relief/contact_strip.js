@@ -106,8 +106,12 @@ export class ContactStrip {
     context.font = this.panel.font(11);
     context.textAlign = "right";
     context.textBaseline = "top";
+    const words = `section · heights × ${times}`;
+    const wide = context.measureText(words).width;
+    context.fillStyle = this.panel.colour("plate"); // a finger may be under it
+    context.fillRect(this.panel.width - wide - 14, 0, wide + 14, 18);
     context.fillStyle = this.panel.colour("muted");
-    context.fillText(`section · heights × ${times}`, this.panel.width - 8, 4);
+    context.fillText(words, this.panel.width - 8, 4);
     const touched = this.#touch
       ? `${this.#touch.patches.length} contact patches at ${inWords(this.#picture.response.load, "N")}`
       : "no finger touches";

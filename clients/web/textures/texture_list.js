@@ -11,6 +11,12 @@ const pathOf = (name) => `/v1/textures/${encodeURIComponent(name)}`;
 /** Returns the address of a `texture` of a scene, null if it has none. */
 const addressOf = (texture) => texture?.surface ?? null;
 
+/** Returns `entries` without the lines, drawn out across the scan, of surfaces that are there as areas. */
+export function offered(entries) {
+  const names = new Set(entries.map(({ name }) => name));
+  return entries.filter(({ name }) => !names.has(`${name}-area`));
+}
+
 export class TextureList extends EventTarget {
   #entries;
 
@@ -24,10 +30,9 @@ export class TextureList extends EventTarget {
     return this.#entries;
   }
 
-  /** The entries to choose from: where a surface is there as an area, its line drawn out across the scan is left out. */
+  /** The entries to choose from. */
   get offered() {
-    const names = new Set(this.#entries.map(({ name }) => name));
-    return this.#entries.filter(({ name }) => !names.has(`${name}-area`));
+    return offered(this.#entries);
   }
 
   /** Returns the entries that `texture`, a section of a scene, can come from. */

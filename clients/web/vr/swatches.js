@@ -7,6 +7,7 @@ Limits: textures without heights are omitted. */
 
 import { START_SCENE } from "../scene/start_scene.js";
 import { call } from "../service.js";
+import { offered } from "../textures/texture_list.js";
 import { chooseOwn, chooseSwatches, sizeText } from "./table_layout.js";
 
 const POINTS = { periodic: 512, rough: 2048 }; // heights per period; no swatch shows more
@@ -21,7 +22,7 @@ const FELT = { low: 10, high: 1000 }; // Hz, range of vibration that a fingertip
  */
 export async function loadSwatches() {
   const { textures } = await call("GET", "/v1/textures");
-  const listed = chooseSwatches(textures.filter(({ stored }) => !stored)).map(picture);
+  const listed = chooseSwatches(offered(textures.filter(({ stored }) => !stored))).map(picture);
   const own = chooseOwn(textures).map((entry) => picture(entry).catch(() => null)); // a scene may refuse it
   const swatches = (await Promise.all(listed)).filter(Boolean).sort((one, other) => one.wave - other.wave);
   return [...swatches, ...(await Promise.all(own)).filter(Boolean)];
