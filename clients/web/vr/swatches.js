@@ -22,7 +22,8 @@ const FELT = { low: 10, high: 1000 }; // Hz, range of vibration that a fingertip
  */
 export async function loadSwatches() {
   const { textures } = await call("GET", "/v1/textures");
-  const listed = chooseSwatches(offered(textures.filter(({ stored }) => !stored))).map(picture);
+  const catalogue = offered(textures.filter(({ stored, everyday }) => !stored && !everyday?.effects)); // has heights
+  const listed = chooseSwatches(catalogue).map(picture);
   const own = chooseOwn(textures).map((entry) => picture(entry).catch(() => null)); // a scene may refuse it
   const swatches = (await Promise.all(listed)).filter(Boolean).sort((one, other) => one.wave - other.wave);
   return [...swatches, ...(await Promise.all(own)).filter(Boolean)];

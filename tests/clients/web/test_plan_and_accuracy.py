@@ -101,6 +101,14 @@ def test_the_tolerance_is_chosen_by_keyboard_and_its_cost_stands_beside_it(plain
     }
 
 
+def test_the_errors_under_a_hand_stand_beside_those_of_the_set_speed(plain: Page) -> None:
+    plain.evaluate("(plan) => { views.answers['/v1/explain'] = plan; views.accuracy.show({}); }", PLAN)
+    plain.wait_for_function("() => document.querySelector('#accuracy dl').innerText.includes('12 ms')")
+    plain.evaluate("(plan) => views.accuracy.hand(plan)", {"estimated_error": {"acceleration": 0.13}})
+    told = plain.inner_text("#accuracy dl")
+    assert "error at the set speed, acceleration" in told and "error under a hand, acceleration\n13 %" in told
+
+
 def test_a_refusal_is_told_in_its_own_sentence(pictures: Page) -> None:
     pictures.evaluate(
         """() => { views.answers["/v1/accuracy"] = new Error("A measurement runs: try again in 20 s."); }"""

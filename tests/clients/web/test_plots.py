@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +16,7 @@ from synth.perception.threshold import threshold_displacement
 from synth.voice.recording import Recording
 from tests.clients.web.browser import visited
 from tests.clients.web.conftest import link_to, loaded
-from tests.clients.web.exported_plots import Table, exported, read_csv, read_image, read_png, read_svg, scene_hash
+from tests.clients.web.exported_plots import SVG, Table, exported, read_csv, read_image, read_png, read_svg, scene_hash
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -236,6 +237,8 @@ def test_a_lift_freezes_both_plots_and_the_next_touch_shows_the_live_ones(stroke
         page.wait_for_selector(FROZEN.format(plot))
         page.wait_for_selector(f"#{plot} ~ .plot-over[aria-label^='frozen at the lift']")
     page.wait_for_function("() => ridgewave.views.waveform.drawn.values.every((value) => value === 0)")
+    page.wait_for_timeout(300)  # longer than between two answers
+    assert "threshold at" in page.inner_text("#answer"), "of what is shown, not of the rest after it"
     frozen = read_csv(exported(page, "waveform", "CSV")).columns["acceleration_m/s2"]
     assert np.ptp(frozen) > 0.01, "what was felt, while the live plot below is at rest"
     assert page.evaluate(TOPS) == page.evaluate("() => tops"), "nothing moves"
@@ -322,7 +325,13 @@ def test_a_against_b_tells_the_difference_of_their_levels_over_threshold(stroked
     table = read_csv(exported(page, "spectrum", "CSV"))
     assert table.names == ["frequency_Hz", "A_m/s2", "B_m/s2", "threshold_m/s2"]
     assert table.header["A"]["scene_sha256"] != table.header["B"]["scene_sha256"]
-    assert words in exported(page, "spectrum", "SVG").decode()
+    drawing = ElementTree.fromstring(exported(page, "spectrum", "SVG"))
+    texts = [(float(one.get("x", "0")), "".join(one.itertext())) for one in drawing.iter(f"{SVG}text")]
+    said = " ".join(text for _, text in texts)
+    assert words in said and all(table.header[slot]["scene_sha256"][:16] in said for slot in "AB")
+    width = float(drawing.get("width", "0"))
+    assert all(x + 4.5 * len(text) < width for x, text in texts if x < 10), "nothing is cut off"
+    assert table.header["transform"] == {"window": "HFT90D", "frames": 16384}
 
 
 def highest(table: Table) -> float:

@@ -62,6 +62,15 @@ def test_a_phone_shows_one_sheet_at_a_time_under_a_pad_that_stays(chromium: Brow
             assert [one for one in PARTS if page.is_visible(one)] == [part]
             page.evaluate("() => scrollTo(0, 0)")
             assert page.locator("#pad").bounding_box() == pad
+        sheet = page.locator(".sheet")
+        open_sheet = sheet.bounding_box()
+        page.click("[data-tab=feel]")  # pressed again, it closes
+        shut = sheet.bounding_box()
+        assert open_sheet is not None and shut is not None and shut["height"] == 108 < 400 < open_sheet["height"]
+        assert shut["y"] + shut["height"] == 844
+        for one in ("#texture-search", "label[for=import]", "#slot-b", "#load"):
+            box = page.locator(one).bounding_box()
+            assert box is not None and box["width"] > 30 and box["y"] + box["height"] <= 844, one
 
 
 @pytest.mark.parametrize(
