@@ -4,8 +4,10 @@ Stage   2, used by `preparation`.
 Model   For "auto", the output of the scene is computed with and without the effect, at the scene's own speed and load.
         The change is the largest difference, relative to the peak-to-peak without the effect. The effect is simulated
         if the change is more than PUT_IN of the tolerance. Effects are judged in the order in which they run, each
-        together with those that were chosen before it. Of two that replace the same thing, the one that the scene sets
-        is taken, or the one with the larger change. "auto" is never refused: what does not fit the scene is left out.
+        together with those that were chosen before it. An effect whose simulation errs by more than the effect changes
+        is left out, since the output would be worse with it. Of two that replace the same thing, the one that the scene
+        sets is taken, or the one with the larger change. "auto" is never refused: what does not fit the scene is left
+        out.
 Limits  The change is an estimate. It is within a factor of two of the change of a whole render.
 """
 
@@ -211,6 +213,24 @@ def judged(
     return LeftOut(effect.name, words, largest)
 
 
+def unresolved(
+    effect: Effect, orders: tuple[int, ...], change: tuple[float, ...], errors: tuple[float, ...], tolerance: float
+) -> LeftOut | None:
+    """Return `effect` as left out if its simulation errs by more than the effect changes, otherwise None.
+
+    orders: orders of time derivatives.
+    change, errors: of each order, relative to its peak-to-peak.
+    """
+    place = max(range(len(orders)), key=errors.__getitem__)
+    if errors[place] <= max(tolerance, change[place]):
+        return None
+    words = (
+        f"Its simulation errs by {errors[place]:.2g} of the peak-to-peak of the {QUANTITIES[orders[place]]}, more than "
+        f"the {change[place]:.2g} by which it would move it; tolerance {tolerance:.2g}."
+    )
+    return LeftOut(effect.name, words, None)
+
+
 @dataclass(frozen=True, slots=True)
 class Tried:
     """An effect on "auto" that was tried.
@@ -233,14 +253,13 @@ class Tried:
 
 def largest_of(tried: list[Tried]) -> tuple[Tried | None, list[LeftOut]]:
     """Return the one with the largest change of those that replace the same thing, if it matters; and the others."""
-    best = max(tried, key=lambda one: max(one.change), default=None)
-    if best is None or isinstance(best.verdict, LeftOut):
-        return None, [one.verdict for one in tried if isinstance(one.verdict, LeftOut)]
+    matter = [one for one in tried if isinstance(one.verdict, SimulatedEffect)]
+    best = max(matter, key=lambda one: max(one.change), default=None)
     others = []
     for one in tried:
         if isinstance(one.verdict, LeftOut):
             others.append(one.verdict)
-        elif one is not best:
+        elif best is not None and one is not best:
             why = "which changes the output more"
             others.append(beside(one.verdict.effect, best.simulated.effect, why, max(one.change)))
     return best, others

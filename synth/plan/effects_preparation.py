@@ -34,6 +34,7 @@ from synth.plan.effect_choice import (
     outputs_of,
     relative_change,
     unfit,
+    unresolved,
 )
 from synth.response.demand import Demand, curves, points_for
 from synth.response.spectrum import solve_spectrum
@@ -238,6 +239,8 @@ def _simulated(case: SimulationCase) -> tuple[SimulationPlan | None, list[Simula
                 continue
             change = found.change if plan is None else found.change_from(plan)
             verdict = judged(effect, settings, case.orders, change, case.turns, case.tolerance)
+            if plan is None:  # otherwise the scene is simulated anyway, with the errors of its simulation
+                verdict = unresolved(effect, case.orders, change, found.errors, case.tolerance) or verdict
             tried.append(Tried(verdict, change, (candidate, found)))
         chosen, others = largest_of(tried)
         spared += others
