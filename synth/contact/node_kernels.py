@@ -214,18 +214,15 @@ def solve_nodes(
 @signed_kernel(f"void({PIECES}, f8[::1], f8[:,::1], f8[:,::1], f8[:,::1])")
 def measure_nodes(areas, ends, first, places, weights, levels, numbers, phases, z, depth, touching):
     """Write F (m) and the part that touches at each of `phases` and each of its z (m): [phases, levels]."""
-    drop, span, last = numbers[1], numbers[2] / numbers[0], len(first) - 1
+    drop, span = numbers[1], numbers[2] / numbers[0]
+    kept, columns = np.empty((4, len(places))), np.empty(len(places), np.int64)
     for p in range(len(phases)):
         moved = (phases[p] - math.floor(phases[p])) * span
-        begin = begins(places, moved, span)
-        for k in range(len(places)):
-            i, place = node_at(places, begin, k, moved, span)
-            if int(place) >= last:
-                break
-            for j in range(z.shape[1]):
-                a, d = above(areas, ends, first, place, levels[i] - z[p, j] / drop)
-                depth[p, j] += weights[i] * a
-                touching[p, j] += weights[i] * d / drop
+        lowest = np.min(z[p]) / drop
+        count, _top = gather(first, places, weights, levels, moved, span, lowest, columns, kept)
+        for j in range(z.shape[1]):
+            depth[p, j], width, _deepest = sums_of(areas, ends, first, columns, kept, count, z[p, j] / drop)
+            touching[p, j] = width / drop
 
 
 @signed_kernel(f"void({PIECES}, f8[::1], f8[::1], f8[::1], f8[:,::1])")

@@ -86,7 +86,7 @@ def table_stepper(case: SimulationCase, terms: Terms) -> tuple[Stepper, Mean]:
     contact, pull, reach, sunk = _attraction(case, terms, heaviest)
     stiffness = StiffnessLaw.of(contact, heaviest, case.scene.scan.lift_load)
     exact = LOOSEST_TABLE if case.by_hand else min(max(TABLE_SHARE * case.tolerance, TIGHTEST_TABLE), LOOSEST_TABLE)
-    held = harmonics_in_band(case.scene, N_MAX) if terms.mass == 0.0 else 0
+    held = harmonics_in_band(case.scene, N_MAX)
     table = EnergyTable.of(contact, load, lightest, heaviest, sunk, reach, exact, harmonics=held, live=case.live)
     period = contact.geometry.texture_period
     stepper = TableStepper(table, stiffness, terms.mass, terms.damping, pull, reach, period, forces)
