@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from synth import open_voice, parse_scene
+from synth import Voice, open_voice, parse_scene
 from synth.contact.scene_contact import contact_of
+from synth.plan.preparation import prepare
 from tests.synth.effects.whole_renders import below
 from tests.synth.engine_cases import Real, physical
 
@@ -52,3 +53,25 @@ def test_a_file_with_a_mass_on_a_long_texture_errs_by_no_more_than_the_plan_says
     error, told = float(np.max(np.abs(apart)) / np.ptp(truth)), voice.plan.estimated_error["acceleration"]
     assert told <= 5e-3
     assert error <= told + OWN_ERROR
+
+
+def test_a_small_mass_leaves_the_level_of_a_fingertip_on_fine_grain() -> None:
+    """The table began with 64 phases: the acceleration was 30 dB too small, and the plan told an error of 1.4."""
+    scene = {
+        "finger": {"kind": "fingertip"},
+        "texture": {"kind": "sandpaper-p1000"},
+        "output": {"sample_rate": RATE, "bandwidth": "300 Hz"},
+        "accuracy": {"tolerance": 0.01},
+    }
+    light = {"inertia": {"mass": "1 mg", "damping": "0 N s/m", "stiffness": "0 N/m"}}
+    plain, heavy = (
+        Voice(prepare(parse_scene({**scene, **effects}), paced=True), paced=True)
+        for effects in ({}, {"effects": light})
+    )
+    told = [voice.plan.estimated_error["acceleration"] for voice in (plain, heavy)]
+    wanted, found = (physical(voice, RATE // 4)[RATE // 20 :, 0] for voice in (plain, heavy))
+    assert told[1] < 1.1 * told[0], "what the table adds to the error of the cells, which both have"
+    (low, high), before, after = (20.0, 270.0), *(np.abs(np.fft.rfft(one)) for one in (wanted, found))
+    kept = slice(*(round(hertz * len(wanted) / RATE) for hertz in (low, high)))  # the edges of both bands differ
+    level = 10.0 * np.log10(np.sum(after[kept] ** 2) / np.sum(before[kept] ** 2))
+    assert abs(level) < 0.5, f"{level} dB"
