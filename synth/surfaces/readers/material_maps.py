@@ -19,8 +19,7 @@ from synth.surfaces.readers.file_formats import read_surface_file
 from synth.surfaces.readers.image import opened, wide_pixels
 from synth.surfaces.readers.map_names import PACKED
 from synth.surfaces.readers.map_set import MapFile
-from synth.surfaces.readers.normal_map import Slopes
-from synth.surfaces.readers.surface_file import SurfaceFile, refuse_file
+from synth.surfaces.readers.surface_file import Slopes, SurfaceFile, refuse_file
 
 GREY = "Download it as PNG or TIFF, in grey."
 
@@ -48,7 +47,7 @@ def displacement(map_file: MapFile) -> SurfaceFile:
 
 def slopes(map_file: MapFile) -> tuple[tuple[Slopes, Slopes], SurfaceFile]:
     """Return the slopes of a normal map along x and down the rows, as if green pointed up, and its file."""
-    found = _naming(map_file, lambda: read_surface_file(map_file.path))
+    found = _naming(map_file, lambda: read_surface_file(map_file.path, is_normal_map=True))
     if found.slopes is None:
         hint = "Its colours are no normals. Rename it, or download the normal map again."
         refuse_file(f"{shown(map_file.name)}: {found.layout}", "a normal map", hint)

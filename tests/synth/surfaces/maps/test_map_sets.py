@@ -54,7 +54,7 @@ def test_a_set_has_the_size_heights_and_slopes_of_its_surface(number: int, tmp_p
     assert report["size"] == pytest.approx([WIDTH, WIDTH]) and report["points"] == [SIDE, SIDE]
     assert rms(found.heights - heights) < case.error * rms(heights)
     for one, own in zip(slopes(found.heights, PIXEL), slopes(heights, PIXEL), strict=True):
-        assert rms(one) == pytest.approx(rms(own), rel=max(0.03, case.error))
+        assert rms(one) == pytest.approx(rms(own), rel=case.slope)
     assert report["maps"]["green"] == case.green
     assert (report["residual"] is None) == (case.residual is None)
     if case.residual is not None:
