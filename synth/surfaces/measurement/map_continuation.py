@@ -25,6 +25,7 @@ from synth.surfaces.continued import (
     POINTS_A_WAVE,
     SHORTEST,
     Continuation,
+    finest_of,
     grids,
     level_of,
     shortest_that_fits,
@@ -39,6 +40,7 @@ from synth.surfaces.surface_data import SurfaceData
 
 FACETS = 1e-6  # m; unverified default: the shortest wave that scatters light as a facet, some two wavelengths of light
 WITHIN = 1e-3  # of a slope: an asked one that is farther from the range is refused
+FINEST = 2.2  # pixels: a note tells of a map whose waves end at longer ones
 NEARLY = 1.1  # times SHORTEST: a note tells of longer ones
 ROUNDED = 4  # digits of a Hurst exponent: the slope changes by less than 1e-3
 
@@ -67,6 +69,9 @@ def continuation(heights: Heights, pixel: float, ends: str, options: ImportOptio
     if not level_of(data, ends):
         return None, ["No waves were added: its map is flat at its pixel, and nothing can be continued"]
     hurst, notes = _hurst(data, ends, shortest, options, alpha)
+    if (finest := finest_of(data, ends)) > FINEST * pixel:
+        gap = f"The map has hardly any waves from {_length(finest)} to {_length(2.0 * pixel)}, two pixels"
+        notes.append(f"{gap}: it was enlarged or smoothed. They stay absent. The synthetic waves go on from others")
     one = Continuation(round(hurst, ROUNDED), shortest)
     slope = synthetic_slope(data, ends, one)
     notes.append(
