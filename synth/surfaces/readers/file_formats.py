@@ -18,8 +18,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 
-from synth.errors import RidgewaveError
+from synth.errors import InvalidRequest, RidgewaveError
 from synth.surfaces.readers import npy, picture, surfer_grid, text, tiff, topography_package
+from synth.surfaces.readers.map_names import PICTURES
 from synth.surfaces.readers.normal_map import check_unit
 from synth.surfaces.readers.surface_file import LARGEST_FILE, SurfaceFile, check_numbers, check_shape, refuse_file
 from synth.surfaces.readers.zip_directory import check_directory
@@ -75,6 +76,12 @@ def read_surface_file(path: Path, ending: str | None = None, is_normal_map: bool
     found = next(one for one in FORMATS if one.fits(head, ending))
     try:
         contents = found.read(path, ending)
+    except InvalidRequest as error:
+        if found.read is text.read and ending in PICTURES:
+            fault = error.faults[0]
+            what = f"no {ending.removeprefix('.').upper()}, although its name ends so, but text: {fault.value}"
+            refuse_file(what, "a picture", "Save or download it again.", error)
+        raise
     except RidgewaveError:
         raise
     except Exception as error:

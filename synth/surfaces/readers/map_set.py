@@ -100,8 +100,11 @@ def _files_in(folder: Path, deeper: int) -> list[Path]:
     found: list[Path] = []
     with os.scandir(folder) as entries:
         for entry in sorted(entries, key=lambda one: one.name):
-            if entry.is_file():
+            if Path(entry.path).is_file():
                 found.append(Path(entry.path))
+            elif entry.is_symlink() and named(entry.name):
+                hint = "Remove the link, or copy the file into its place."
+                refuse_file(f"the link {shown(entry.name)}, which leads to no file", "maps, or links to maps", hint)
             elif deeper and entry.is_dir(follow_symlinks=False):
                 found += _files_in(Path(entry.path), deeper - 1)
             if len(found) > MOST_FILES:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import io
+import sys
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -194,6 +197,50 @@ def test_what_is_missing_or_wrong_is_refused_in_words(number: int, zipped: bool,
     files = files_of(**changed)
     path = made(Case(lambda _: files, zipped), grey(0.0), tmp_path)
     assert words in refused(path, **options)
+
+
+def zipped(**files: bytes) -> bytes:
+    written = io.BytesIO()
+    with zipfile.ZipFile(written, "w") as packed:
+        for name, content in files.items():
+            packed.writestr(name.replace("__", "."), content)
+    return written.getvalue()
+
+
+ZIPS = {
+    "empty": (
+        zipped(),
+        "a ZIP file without maps: it is empty; allowed: a ZIP file with maps, such as wall_",
+    ),
+    "without maps": (zipped(readme__txt=b"-"), "a ZIP file without maps: 'readme.txt'; allowed"),
+    "in another": (zipped(wall__zip=zipped(a_disp__png=b"-")), "Unpack it, and import the ZIP file or the folder"),
+    "cut off": (zipped(a_disp__png=bytes(9999))[:5000], "a damaged ZIP file, or a part of one; allowed: a whole file"),
+}
+
+
+@pytest.mark.parametrize("which", ZIPS)
+def test_a_zip_file_that_is_no_set_is_named_without_the_reader_of_instruments(
+    which: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    content, words = ZIPS[which]
+    path = tmp_path / "wall.zip"
+    path.write_bytes(content)
+    monkeypatch.setitem(sys.modules, "SurfaceTopography.IO", None)
+    assert words in refused(path)
+
+
+def test_a_link_that_leads_nowhere_is_named(tmp_path: Path) -> None:
+    folder = made(CASES["Poly Haven, displacement"], surface(1), tmp_path)
+    (folder / "notes.txt").symlink_to("nothing.txt")
+    assert imported(folder, height="1 mm").report["points"] == [SIDE, SIDE]
+    (folder / "wall_rough_2k.png").symlink_to("wall_rough_2k.png")
+    assert "the link 'wall_rough_2k.png', which leads to no file" in refused(folder, height="1 mm")
+
+
+def test_text_that_is_named_as_a_picture_is_no_picture(tmp_path: Path) -> None:
+    files = files_of(a_disp__png=b"hello")
+    folder = made(Case(lambda _: files, False), grey(0.0), tmp_path)
+    assert "'a_disp.png': no PNG, although its name ends so, but text: no numbers" in refused(folder)
 
 
 def test_other_files_do_not_have_the_options_of_sets(tmp_path: Path) -> None:
