@@ -80,7 +80,7 @@ def read_surface_file(path: Path, ending: str | None = None, is_normal_map: bool
         if found.read is text.read and ending in PICTURES:
             fault = error.faults[0]
             what = f"no {ending.removeprefix('.').upper()}, although its name ends so, but text: {fault.value}"
-            refuse_file(what, "a picture", "Save or download it again.", error)
+            refuse_file(what, "a picture", "Save or download it again.", error.__cause__)
         raise
     except RidgewaveError:
         raise
