@@ -1,8 +1,9 @@
 """A set of maps of a material, in a folder or in a ZIP file: which of its files are read.
 
 Stage   SURFACES, from files.
-Model   Of each role (`map_names`) one file is chosen: without loss before JPEG, and green up before green down. The
-        others are told. Of a ZIP file only the chosen maps are unpacked, under names of our own.
+Model   Of each role (`map_names`) one file is chosen: without loss before JPEG, roughness before gloss, 16 bits before
+        8, and green up before green down. The others are told. Of a ZIP file only the chosen maps are unpacked, under
+        names of our own.
 Limits  MOST_FILES names; LARGEST_FILE bytes of each chosen map, also unpacked. A ZIP file with a name that leaves its
         folder, twice the same name, or a chosen map that is a link, encrypted, or packed with another method than
         Deflate is refused as a whole. Folders within a folder are read DEEPEST levels down.

@@ -213,10 +213,16 @@ def test_what_the_user_gives_wins_over_the_roughness_map(tmp_path: Path) -> None
     assert imported(4, tmp_path, slope=0).report["texture"] == {"ends": "join"}
 
 
-def test_a_map_that_reaches_down_to_the_shortest_wave_is_not_continued(tmp_path: Path) -> None:
-    found = imported(5, tmp_path, shortest="1 mm")
-    assert found.report["synthetic"] is None
-    assert any("No waves were added" in note for note in found.report["notes"])
+def test_a_shortest_wave_that_the_map_itself_has_is_refused(tmp_path: Path) -> None:
+    for shortest in ("1 mm", 2.0 * PIXEL):
+        with pytest.raises(InvalidRequest, match=r"shortest: got .*; allowed: less than 625 um, two pixels"):
+            imported(5, tmp_path, shortest=shortest)
+
+
+def test_the_report_tells_the_slopes_that_can_be_asked(tmp_path: Path) -> None:
+    (note,) = [one for one in imported(5, tmp_path).report["notes"] if "are synthetic" in one]
+    for slope in note.split("it would be ")[1].removesuffix(" for this map").split(" to "):
+        assert imported(5, tmp_path, slope=slope).report["synthetic"]["rms_slope"] == pytest.approx(float(slope), 0.01)
 
 
 def test_a_surface_that_is_too_large_for_shorter_waves_tells_which_part_has_them(tmp_path: Path) -> None:

@@ -137,6 +137,8 @@ def test_names_of_the_libraries() -> None:
         "tex/Poliigon_Wall_8060_Normal.png": ("normal", ""),
         "wall_rough.jpg": ("roughness", ""),
         "wall_arm_1k.png": ("packed", ""),
+        "Wall001_GLOSS_3K.jpg": ("roughness", ""),
+        "Wall001_NRM16_3K.tif": ("normal", ""),
     }
     for name, expected in roles.items():
         found = named(name)
@@ -167,7 +169,7 @@ REFUSALS: list[tuple[dict[str, bytes | None], dict[str, Any], str]] = [
     ({}, {"hurst": 1.5}, "hurst: got 1.5; allowed: 0 to 1"),
     ({}, {"unit": "um"}, "unit: got"),
     ({}, {"part": "1 m"}, "part: got 1 m; allowed: 5 mm to 80 mm"),
-    ({}, {"slope": 4.0}, "for Hurst exponents from 1 to 0"),
+    ({}, {"slope": 4.0}, "the smoothest and the roughest self-affine waves (Hurst exponents 1 and 0)"),
     ({}, {"hurst": 0.5, "shortest": "1 um"}, "shortest: got 1 um"),
     (
         {"a_nor_gl__png": None},
@@ -197,6 +199,25 @@ def test_what_is_missing_or_wrong_is_refused_in_words(number: int, zipped: bool,
     files = files_of(**changed)
     path = made(Case(lambda _: files, zipped), grey(0.0), tmp_path)
     assert words in refused(path, **options)
+
+
+def test_of_two_maps_of_a_kind_that_of_16_bits_and_roughness_win(tmp_path: Path) -> None:
+    """Older sets of Poliigon."""
+    heights = surface(6)
+    files = {
+        "W_DISP16_3K.tif": file_of(displacement(heights, 16), "tif"),
+        "W_DISP_3K.jpg": file_of(displacement(heights, 8), "jpg"),
+        "W_NRM16_3K.tif": file_of(normals(heights, PIXEL, "up", 16), "tif"),
+        "W_NRM_3K.png": file_of(normals(heights, PIXEL, "up", 8), "png"),
+        "W_GLOSS_3K.jpg": file_of(grey(0.4), "jpg"),
+    }
+    found = imported(made(Case(lambda _: files, False), heights, tmp_path))
+    assert found.report["maps"]["left_out"] == ["W_DISP_3K.jpg", "W_NRM_3K.png"]
+    assert rms(found.heights - heights) < 0.002 * rms(heights)
+    assert found.report["synthetic"]["alpha"] == pytest.approx(0.36, abs=0.005)  # of roughness 0.6
+    (tmp_path / "Wall" / "W_ROUGHNESS_3K.jpg").write_bytes(file_of(grey(0.5), "jpg"))
+    report = imported(tmp_path / "Wall").report
+    assert report["maps"]["roughness"] == "W_ROUGHNESS_3K.jpg" and "W_GLOSS_3K.jpg" in report["maps"]["left_out"]
 
 
 def zipped(**files: bytes) -> bytes:
