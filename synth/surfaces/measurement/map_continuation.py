@@ -78,7 +78,8 @@ def continuation(heights: Heights, pixel: float, ends: str, options: ImportOptio
     slope = synthetic_slope(data, ends, one)
     notes.append(
         f"Its waves from {_length(2.0 * pixel)}, two pixels, to {_length(shortest)} are synthetic: Hurst exponent "
-        f"{one.hurst:.3g}, rms slope {slope:.3g} along each axis. From 1 to 0 it would be {range_of} for this map"
+        f"{one.hurst:.3g}, rms slope {slope:.3g} along each axis. "
+        f"With exponents from 1 to 0 it would be {range_of} for this map"
     )
     if is_large:
         missing = f"Waves from {_length(shortest)} to {_length(SHORTEST)} are missing, since the surface is too large"
