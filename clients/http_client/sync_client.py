@@ -114,7 +114,7 @@ class Client:
         unit, pixel, height: what the file does not state, as in "um" or "mm, um", "5 um", "120 um".
         level: "none", "tilt" or "curvature". missing: "refuse", "fill" or "crop".
         resample: distance to which a profile is interpolated linearly, as in "5 um".
-        width, part, slope, hurst, shortest: of a ZIP file with a set of maps, as in "2 m", "80 mm", "0.1".
+        width, part, slope, hurst, shortest: of a ZIP file with a set of maps, as in "2 m", "80 mm", and hurst "0.8".
         name: of the texture; None for that of the file. dry_run: report only.
         """
         options = {

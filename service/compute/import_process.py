@@ -5,7 +5,7 @@
 Model: many parsers may read a file from anywhere, and some belong to other packages. A process bounds their memory
     and time, and a fault of a parser ends that process only. Its outcome is one JSON object with "report", "spacing"
     and "picture" (PNG, base64), and the heights as NPY in the file "heights"; or with "faults" (InvalidRequest), and
-    the "traceback" of a reader that failed; or with "reason" (CannotRender). AT_A_TIME imports run at a time in each
+    the "cause" of a reader that failed; or with "reason" (CannotRender). AT_A_TIME imports run at a time in each
     process of the service. Others wait; clients take turns, and one client has half of the places at most. An import
     that is cancelled kills its process.
 Limits: the bound on memory holds on Linux. If the service is killed, the process continues to its end.
@@ -48,7 +48,8 @@ NO_ROOM = (
     "can be written."
 )
 CRASHES = signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL, signal.SIGABRT  # in a library
-LONGEST_TRACEBACK = 8000  # characters of a reader's traceback that the log keeps
+LONGEST_TRACEBACK = 8000  # characters of what a reader wrote before it crashed that the log keeps
+LONGEST_LINE = 200  # characters of the error of a reader
 ROOT = Path(__file__).resolve().parents[2]  # import path of the process
 
 log = logging.getLogger("ridgewave.service")
@@ -150,8 +151,8 @@ def answer_of(code: int, outcome: bytes, messages: bytes) -> dict[str, Any]:
         raise RuntimeError(f"the importing process ended with {code}:\n{messages.decode(errors='replace')}")
     answer: dict[str, Any] = json.loads(outcome)
     if "faults" in answer:
-        if answer.get("traceback"):
-            log.info("a reader failed on a file, which was refused:\n%s", answer["traceback"])
+        if answer.get("cause"):
+            log.info("a reader failed on a file, which was refused: %s", answer["cause"])
         raise InvalidRequest([Fault(**fault) for fault in answer["faults"]])
     if "reason" in answer:
         raise CannotRender(answer["reason"])
@@ -225,10 +226,16 @@ def outcome_of(request: dict[str, Any]) -> dict[str, Any]:
         return _imported(request)
     except InvalidRequest as error:
         cause = error.__cause__
-        told = "" if cause is None else _shortened("".join(traceback.format_exception(cause)))
-        return {"faults": [asdict(fault) for fault in error.faults], "traceback": told}
+        return {"faults": [asdict(fault) for fault in error.faults], "cause": "" if cause is None else _line_of(cause)}
     except CannotRender as error:
         return {"reason": error.reason}
+
+
+def _line_of(error: BaseException) -> str:
+    """Return an error and its place, as a line for the log."""
+    place = traceback.extract_tb(error.__traceback__)[-1:]
+    where = "".join(f" ({Path(one.filename).name}, line {one.lineno})" for one in place)
+    return f"{type(error).__name__}: {' '.join(str(error).split())[:LONGEST_LINE]}{where}"
 
 
 def _imported(request: dict[str, Any]) -> dict[str, Any]:

@@ -18,7 +18,7 @@ import numpy as np
 
 from synth.response_cache import kept
 from synth.surfaces.measured_area import MeasuredArea
-from synth.surfaces.pixel_spectrum import ROWS, SlopeSums, Waves, below_pixel, level_at_pixel
+from synth.surfaces.pixel_spectrum import ROWS, SlopeSums, Waves, below_pixel, finest_wave, level_at_pixel
 from synth.surfaces.profile import Array
 from synth.surfaces.surface_data import SurfaceData
 
@@ -74,6 +74,11 @@ def period_of(data: SurfaceData, ends: str) -> Array:
 def level_of(data: SurfaceData, ends: str) -> float:
     """Return the power (m^2) of a wave at the pixel's wave number; see `pixel_spectrum`."""
     return level_at_pixel(period_of(data, ends), grids(data, ends, 1e9)[0].steps)
+
+
+def finest_of(data: SurfaceData, ends: str) -> float:
+    """Return the length (m) of the waves from which on the map is empty; see `pixel_spectrum`."""
+    return finest_wave(period_of(data, ends), grids(data, ends, 1e9)[0].steps)
 
 
 @kept

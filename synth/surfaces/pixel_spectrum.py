@@ -8,10 +8,13 @@ Model   The power of the wave (qx, qy) of a map is |H|^2, where H is its amplitu
 
         for the waves that the map cannot hold: |qx| or |qy| above pi / pixel along that axis. `level` is the power of
         the map at qN: a straight line through the logarithms of its mean power in BANDS bands from qN / 2 to qN, at qN.
+        A band that an enlarged or smoothed map has nearly empty counts as the steepest self-affine law (hurst 1)
+        through the fullest of the bands from qN / 8 on.
         The rms slope is that along one axis, the mean of both: of a surface that is bilinear between its points.
 Source  Persson et al. 2005 (J. Phys.: Condens. Matter 17, R1): the power of a self-affine surface falls as
         q^-(2 + 2 H). The fit is this project's.
-Limits  The spectrum below the pixel is the same in every direction, and at every place.
+Limits  A map of few waves, such as a grating, has no such law: its bands count as they are.
+        The spectrum below the pixel is the same in every direction, and at every place.
 """
 
 from __future__ import annotations
@@ -25,6 +28,14 @@ import numpy as np
 from synth.surfaces.profile import Array
 
 BANDS = 8  # for the fit of the level; a band of a map of 64 x 64 has 100 waves and more
+EDGES = np.linspace(0.125, 1.0, 15)  # of bands, in wave numbers of the pixel; the last BANDS are those of the fit
+STEEPEST = 4.0  # exponent of the power of a self-affine surface of Hurst exponent 1
+FULL, EMPTY = (
+    math.log(10.0**0.4),
+    math.log(10.0),
+)  # 4 and 10 dB below the law; what mirroring adds is 9 dB below at 64^2
+LEAST = 1e-60  # m^2: no power
+MOST_UNEVEN = 10.0  # mean square of the power in a band by its square mean: 2 to 3 for random waves
 BINS = 4096  # of log q, for sums over waves: within one, q differs by 0.1 %
 HALVINGS = 60  # of the range of the Hurst exponent
 ROWS = 256  # of waves that are summed together: 4 MB
@@ -66,31 +77,69 @@ class Waves:
         return found
 
 
+@dataclass(frozen=True, slots=True)
+class Bands:
+    """The power of a map in bands of wave numbers; those without a wave are left out.
+
+    at: mean log of q / qN. counts: number of waves. edges: upper q / qN.
+    power: log of the mean power, m^2, as it counts for the fit: LEAST for none.
+    emptiness: 0 for a band that is full, 1 for one that is empty and counts as the law.
+    """
+
+    at: Array
+    counts: Array
+    power: Array
+    emptiness: Array
+    edges: Array
+
+    @classmethod
+    def of(cls, heights: Array, steps: tuple[float, float]) -> Bands:
+        """Return the bands; heights: of one period, m [rows, columns]. steps: between its columns, then rows, m."""
+        waves = Waves((heights.shape[1], heights.shape[0]), steps)
+        power = np.abs(np.fft.rfft2(heights) / heights.size) ** 2
+        edges, sums = waves.pixel * EDGES, np.zeros((4, len(EDGES) - 1))
+        for first in range(0, len(power), ROWS):
+            q = np.hypot(waves.x, waves.y[first : first + ROWS, np.newaxis])
+            band = np.searchsorted(edges, q, "right") - 1
+            held = (band >= 0) & (band < len(edges) - 1)
+            twice, some, own = (
+                np.broadcast_to(waves.twice, q.shape)[held],
+                band[held],
+                power[first : first + ROWS][held],
+            )
+            for row, values in enumerate((np.ones(len(own)), np.log(q[held] / waves.pixel), own, own**2)):
+                sums[row] += np.bincount(some, twice * values, sums.shape[1])
+        known = sums[0] > 0.0
+        counts, places, total, squares = sums[:, known]
+        at, own = places / counts, np.log(np.maximum(total / counts, LEAST))
+        even = (counts * squares <= MOST_UNEVEN * total**2) & (own > math.log(LEAST))
+        law = np.max((own + STEEPEST * at)[even], initial=-np.inf) - STEEPEST * at
+        emptiness = np.clip((law - own - FULL) / (EMPTY - FULL), 0.0, 1.0)
+        return cls(at, counts, own + emptiness * (np.maximum(law, own) - own), emptiness, EDGES[1:][known])
+
+
 def level_at_pixel(heights: Array, steps: tuple[float, float]) -> float:
     """Return the power (m^2) of a wave of the map at its pixel's wave number; 0 for a map without waves there.
 
-    heights: of one period, m [rows, columns].
-    steps: distances between its columns, then its rows, m.
+    The arguments are those of `Bands.of`.
     """
-    waves = Waves((heights.shape[1], heights.shape[0]), steps)
-    power = np.abs(np.fft.rfft2(heights) / heights.size) ** 2
-    edges = waves.pixel * np.linspace(0.5, 1.0, BANDS + 1)
-    total, weights, places = np.zeros(BANDS), np.zeros(BANDS), np.zeros(BANDS)
-    for first in range(0, len(power), ROWS):
-        q = np.hypot(waves.x, waves.y[first : first + ROWS, np.newaxis])
-        band = np.searchsorted(edges, q, "right") - 1
-        held = (band >= 0) & (band < BANDS)
-        twice, some = np.broadcast_to(waves.twice, q.shape)[held], band[held]
-        total += np.bincount(some, twice * power[first : first + ROWS][held], BANDS)
-        places += np.bincount(some, twice * np.log(q[held] / waves.pixel), BANDS)
-        weights += np.bincount(some, twice, BANDS)
-    known = (weights > 0.0) & (total > 0.0)
+    bands = Bands.of(heights, steps)
+    known = (bands.edges > 0.5) & (bands.power > math.log(LEAST))
     if not np.any(known):
         return 0.0
-    x, y = places[known] / weights[known], np.log(total[known] / weights[known])
+    x, y = bands.at[known], bands.power[known]
     if len(x) < 3:
         return float(np.exp(np.mean(y)))
-    return float(np.exp(np.polyfit(x, y, 1, w=np.sqrt(weights[known]))[1]))
+    return float(np.exp(np.polyfit(x, y, 1, w=np.sqrt(bands.counts[known]))[1]))
+
+
+def finest_wave(heights: Array, steps: tuple[float, float]) -> float:
+    """Return the length (m) of the waves from which on the map is empty; two pixels for a map that is nowhere empty.
+
+    The arguments are those of `Bands.of`.
+    """
+    bands = Bands.of(heights, steps)
+    return float(2.0 * max(steps) / np.max(bands.edges[bands.emptiness < 1.0], initial=EDGES[0]))
 
 
 def below_pixel(

@@ -1,8 +1,8 @@
 /* The import of a measured surface: a dialog with the options of docs/import.md, and what the service measures.
 
 Model: each change of an option sends the file with `?dry_run=true`, and the answer is shown: the report and a picture,
-or a fault beside each option. Nothing is kept before "Keep", which also checks the name. Only the answer to the
-newest request is shown.
+or a fault beside each option. A set of maps is sent when its width is given. Nothing is kept before "Keep", which also
+checks the name. Only the answer to the newest request is shown.
 Limits: the file is sent again at each change. */
 
 import { byId, make } from "../dom.js";
@@ -35,7 +35,6 @@ const OPTIONS = [
   ["level", "Form to remove", "If the surface was not level under the instrument.", LEVELS],
   ["missing", "Missing points", "What is done with points that have no height.", RULES],
   ["resample", "Resample a profile to", "Linearly, if its steps of x are not equal: such as 5 µm. Empty: not."],
-  ["name", "Name", "1 to 64 small letters, digits and -. It stands for the texture in scenes."],
 ];
 /** Those of a ZIP file with a set of maps of a material. */
 const OF_SETS = [
@@ -45,11 +44,13 @@ const OF_SETS = [
   [
     "slope",
     "Slope below the pixel",
-    "rms slope of synthetic waves, such as 0.1; 0: none. Empty: of the roughness map.",
+    "rms slope of synthetic waves, in the range that the report tells; 0: none. Empty: of the roughness map.",
   ],
-  OPTIONS.at(-1),
+  ["hurst", "Hurst exponent below the pixel", "In place of the slope: from 0, rough, to 1, smooth, such as 0.8."],
+  ["shortest", "Shortest wave below the pixel", "Such as 100 µm. Empty: 60 µm, or longer for a large surface."],
 ];
-const optionsOf = (file) => (/\.zip$/i.test(file.name) ? OF_SETS : OPTIONS);
+const NAME = ["name", "Name", "1 to 64 small letters, digits and -. It stands for the texture in scenes."];
+const isSet = (file) => /\.zip$/i.test(file.name);
 
 export class ImportDialog {
   #file;
@@ -74,11 +75,12 @@ export class ImportDialog {
           change: ({ target }) => target.name === "name" || this.#measure(),
           submit: (event) => this.#submit(event),
         },
-        make("div.fields", {}, ...optionsOf(file).map((option) => this.#option(...option))),
+        make("div.fields", {}, ...(isSet(file) ? OF_SETS : OPTIONS).map((option) => this.#option(...option))),
         make("div.import-found", {}, this.#status, this.#result),
         make(
-          "div.control-row",
+          "div.import-foot.control-row",
           {},
+          this.#option(...NAME),
           this.#keep,
           make("button", { type: "button", text: "Cancel", click: () => this.element.close() }),
         ),
@@ -91,7 +93,8 @@ export class ImportDialog {
     document.body.append(this.element);
     this.element.showModal();
     await this.#measure();
-    this.element.querySelector("[aria-invalid=true]")?.focus();
+    const asked = this.#needsWidth() && this.#fields.get("width").control;
+    (asked || this.element.querySelector("[aria-invalid=true]"))?.focus();
   }
 
   #option(name, label, hint, choices) {
@@ -120,9 +123,19 @@ export class ImportDialog {
     return form;
   }
 
+  #needsWidth() {
+    return isSet(this.#file) && !this.#fields.get("width").control.value.trim();
+  }
+
   async #measure() {
     const number = ++this.#newest;
     this.#keep.disabled = true;
+    if (this.#needsWidth()) {
+      this.#refuse(null);
+      this.#result.replaceChildren();
+      this.#status.textContent = "Write the width of the sample first: no map states its size.";
+      return;
+    }
     this.#status.textContent = "Reading the file.";
     let found;
     try {

@@ -22,7 +22,7 @@ function linesOf(report) {
     ...readingOf(report.reading),
     ["Size", `${along(size, length)}, ${along(points, String)} points`],
     ["Distance between points", along(spacing, length)],
-    ["Unit of the heights", unit ? `${unit}, ${stated ? "stated by the file" : "given"}` : "none: a height was given"],
+    ["Unit of the heights", unit ? `${unit}, ${stated ? "stated by the file" : "given"}` : `none: ${heightOf(report)}`],
     [area ? "Sq, Sa" : "Rq, Ra", `${length(report.rq)}, ${length(report.ra)}`],
     ["From valley to peak", length(report.peak_to_valley)],
     ["rms slope", area ? `${x} along x, ${y} along y` : x],
@@ -31,6 +31,9 @@ function linesOf(report) {
     ...report.notes.map((note) => ["Note", `${note}.`]),
   ];
 }
+
+/** Returns where the height of a surface without a unit is from. A set has `green` where its normals were used. */
+const heightOf = ({ maps }) => (maps?.green ? "the normals give the height" : "a height was given");
 
 /** Returns the lines about how a text was read; none for other files, and for reports of older versions. */
 function readingOf(reading) {

@@ -115,7 +115,7 @@ def _number(high: float) -> Callable[[Any], float]:
         except (TypeError, ValueError):
             number = math.nan
         if not 0.0 <= number <= high:
-            raise QuantityError(f"0 to {high:g}", "Write a number such as 0.5.")
+            raise QuantityError(f"0 to {high:g}", "Write a number between them.")
         return number
 
     return read

@@ -14,6 +14,7 @@ Limits  alpha is tuned by eye in many sets. What it gives is an upper bound on t
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ from synth.surfaces.continued import (
     POINTS_A_WAVE,
     SHORTEST,
     Continuation,
+    finest_of,
     grids,
     level_of,
     shortest_that_fits,
@@ -39,6 +41,7 @@ from synth.surfaces.surface_data import SurfaceData
 
 FACETS = 1e-6  # m; unverified default: the shortest wave that scatters light as a facet, some two wavelengths of light
 WITHIN = 1e-3  # of a slope: an asked one that is farther from the range is refused
+FINEST = 2.2  # pixels: a note tells of a map whose waves end at longer ones
 NEARLY = 1.1  # times SHORTEST: a note tells of longer ones
 ROUNDED = 4  # digits of a Hurst exponent: the slope changes by less than 1e-3
 
@@ -67,11 +70,16 @@ def continuation(heights: Heights, pixel: float, ends: str, options: ImportOptio
     if not level_of(data, ends):
         return None, ["No waves were added: its map is flat at its pixel, and nothing can be continued"]
     hurst, notes = _hurst(data, ends, shortest, options, alpha)
+    if (finest := finest_of(data, ends)) > FINEST * pixel:
+        gap = f"The map has hardly any waves from {_length(finest)} to {_length(2.0 * pixel)}, two pixels"
+        notes.append(f"{gap}: it was enlarged or smoothed. They stay absent. The synthetic waves go on from others")
     one = Continuation(round(hurst, ROUNDED), shortest)
+    range_of = " to ".join(f"{synthetic_slope(data, ends, replace(one, hurst=end)):.3g}" for end in (1.0, 0.0))
     slope = synthetic_slope(data, ends, one)
     notes.append(
         f"Its waves from {_length(2.0 * pixel)}, two pixels, to {_length(shortest)} are synthetic: Hurst exponent "
-        f"{one.hurst:.3g}, rms slope {slope:.3g} along each axis"
+        f"{one.hurst:.3g}, rms slope {slope:.3g} along each axis. "
+        f"With exponents from 1 to 0 it would be {range_of} for this map"
     )
     if is_large:
         missing = f"Waves from {_length(shortest)} to {_length(SHORTEST)} are missing, since the surface is too large"
@@ -90,6 +98,10 @@ def _shortest(data: SurfaceData, ends: str, options: ImportOptions) -> float:
     """Return the shortest wave (m): that of the options, or the shortest one that a finger needs and memory permits."""
     if options.shortest is None:
         return shortest_that_fits(data, ends)
+    longest = POINTS_A_WAVE * data.spacing[0]
+    if options.shortest >= longest * (1.0 - 1e-9):
+        allowed = f"less than {_length(longest)}, two pixels: synthetic waves are shorter than those of the map"
+        raise InvalidRequest([option_fault("shortest", _length(options.shortest), allowed, "slope 0 adds no waves.")])
     if math.prod(grids(data, ends, options.shortest)[1].counts) > MOST_POINTS:
         allowed = f"{_length(1.001 * _least(data, ends))} at least for a surface of this size"
         hint = f"Write a longer one, or a part of at most {_length(_widest_part(data.spacing[0], options.shortest))}."
@@ -114,8 +126,11 @@ def _hurst(
         sums = slope_sums(data, ends, shortest)
         least, most = sums.slope(level, 1.0), sums.slope(level, 0.0)
         if not least * (1.0 - WITHIN) <= options.slope <= most * (1.0 + WITHIN):
-            hint = "From the spectrum of the map at its pixel on, others are no self-affine surface. 0 adds no waves."
-            allowed = f"{least:.3g} to {most:.3g} for this map, for Hurst exponents from 1 to 0"
+            hint = "Write a slope between them, or hurst in its place, such as 0.8. Slope 0 adds no waves."
+            allowed = (
+                f"{least:.3g} to {most:.3g} for this map: of the smoothest and the roughest self-affine waves (Hurst "
+                "exponents 1 and 0) that begin with the height of the map's own shortest waves"
+            )
             raise InvalidRequest([option_fault("slope", f"{options.slope:g}", allowed, hint)])
         return hurst_of(options.slope, lambda one: sums.slope(level, one)), []
     assert alpha is not None

@@ -18,8 +18,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 
-from synth.errors import RidgewaveError
+from synth.errors import InvalidRequest, RidgewaveError
 from synth.surfaces.readers import npy, picture, surfer_grid, text, tiff, topography_package
+from synth.surfaces.readers.map_names import PICTURES
+from synth.surfaces.readers.normal_map import check_unit
 from synth.surfaces.readers.surface_file import LARGEST_FILE, SurfaceFile, check_numbers, check_shape, refuse_file
 from synth.surfaces.readers.zip_directory import check_directory
 
@@ -51,10 +53,11 @@ FORMATS = (
 """Every format, in the order in which they are tried; the last one fits every file."""
 
 
-def read_surface_file(path: Path, ending: str | None = None) -> SurfaceFile:
+def read_surface_file(path: Path, ending: str | None = None, is_normal_map: bool = False) -> SurfaceFile:
     """Return the contents of the file at `path`.
 
     ending: of the file's original name, such as ".csv"; None for that of `path`.
+    is_normal_map: its name says so. Its colours may then be farther from unit vectors.
     Raises InvalidRequest for a file that is too large, damaged, or of no known format; OSError if it cannot be opened.
     """
     ending = (path.suffix if ending is None else ending).lower()
@@ -73,10 +76,18 @@ def read_surface_file(path: Path, ending: str | None = None) -> SurfaceFile:
     found = next(one for one in FORMATS if one.fits(head, ending))
     try:
         contents = found.read(path, ending)
+    except InvalidRequest as error:
+        if found.read is text.read and ending in PICTURES:
+            fault = error.faults[0]
+            what = f"no {ending.removeprefix('.').upper()}, although its name ends so, but text: {fault.value}"
+            refuse_file(what, "a picture", "Save or download it again.", error.__cause__)
+        raise
     except RidgewaveError:
         raise
     except Exception as error:
         _refuse_damaged(found, head, ending, error)
+    if not is_normal_map:
+        check_unit(contents)
     check_shape(contents.heights.shape)
     check_numbers(contents.heights, "a height")
     if contents.positions is not None:

@@ -103,6 +103,7 @@ def surface_of_pixels(
     lossy: bool = False,
     bits: int | None = None,
     most: int | None = None,
+    halved: tuple[bool, bool] = (False, False),
 ) -> SurfaceFile:
     """Return the surface in a picture.
 
@@ -111,6 +112,7 @@ def surface_of_pixels(
     lossy: whether the picture was compressed with loss.
     bits: of a grey below 8 bits that was spread over 8; the heights are its own numbers.
     most: the number of full scale, where it is not the largest one of the type.
+    halved: whether its colours were kept at half the resolution along x, and along the columns.
     """
     clear = None
     if pixels.ndim == 3 and pixels.shape[2] in (2, 4):
@@ -123,7 +125,7 @@ def surface_of_pixels(
     if pixels.ndim == 3:
         grey = _grey(pixels, lossy)
         if grey is None:
-            return normal_map.surface_of(kind, pixels, spacing, notes)
+            return normal_map.surface_of(kind, pixels, spacing, notes, halved)
         pixels, notes = grey, (*notes, "Its three channels are equal, and were read as one")
     found = displacement_map(kind, pixels, spacing, notes, bits, most)
     return found if clear is None else replace(found, missing=found.missing | clear)

@@ -4,7 +4,8 @@ Stage   SURFACES, from files.
 Model   Capitals, a resolution at the end ("_2k", "_4K-PNG", "_2048") and the separators of words do not matter. Poly
         Haven writes wall_disp_2k.png, wall_nor_gl_2k.png, wall_rough_2k.png and wall_arm_2k.png; ambientCG
         Wall012_4K-PNG_Displacement.png, _NormalGL and _Roughness; Poliigon Wall_Displacement.tif, _Normal and
-        _Roughness. "gl" says that green points up in a normal map, "dx" that it points down.
+        _Roughness. "gl" says that green points up in a normal map, "dx" that it points down. Older sets of Poliigon
+        have _GLOSS, which is 1 - roughness, and _DISP16 and _NRM16, of 16 bits, beside _DISP and _NRM.
 Source  The file names in the public documentation of the three libraries.
 Limits  A name says what a map should be. Its pixels are checked by its reader.
 """
@@ -23,9 +24,10 @@ DISPLACEMENT, NORMAL, ROUGHNESS, PACKED = ROLES = ("displacement", "normal", "ro
 ENDS = (
     (DISPLACEMENT, re.compile(r"(?:^|_)(?:disp|displacement|height)(?:16)?$")),
     (NORMAL, re.compile(r"(?:^|_)(?:nor|norm|normal|nrm)(?:16)?_?(?P<green>gl|dx|opengl|directx)?$")),
-    (ROUGHNESS, re.compile(r"(?:^|_)(?:rough|roughness)$")),
+    (ROUGHNESS, re.compile(r"(?:^|_)(?:rough|roughness|(?P<gloss>gloss|glossiness))$")),
     (PACKED, re.compile(r"(?:^|_)(?:arm|orm)$")),
 )
+DEEP = re.compile(r"[a-z]16(?:_|$)|_16bits?(?:_|$)")
 EXAMPLES = "wall_disp_2k.png and wall_nor_gl_2k.png, Wall_Displacement.png and Wall_NormalGL.png, or wall_Normal.png"
 
 
@@ -35,10 +37,13 @@ class MapName:
 
     role: "displacement", "normal", "roughness", or "packed" (occlusion, roughness and metal in red, green and blue).
     green: of a normal map, "up", "down", or "" where its name does not say.
+    gloss: whether its numbers are 1 - roughness. deep: whether its name says that it has 16 bits.
     """
 
     role: str
     green: str = ""
+    gloss: bool = False
+    deep: bool = False
 
 
 def named(file: str) -> MapName | None:
@@ -47,18 +52,19 @@ def named(file: str) -> MapName | None:
     if path.suffix.lower() not in PICTURES:
         return None
     words = re.sub(r"[^a-z0-9]+", "_", path.stem.lower()).strip("_")
+    deep = bool(DEEP.search(words))
     while (shorter := SIZE.sub("", words)) != words:
         words = shorter
     for role, end in ENDS:
         if found := end.search(words):
-            green = found.groupdict().get("green") or ""
-            return MapName(role, {"gl": "up", "opengl": "up", "dx": "down", "directx": "down"}.get(green, ""))
+            said = found.groupdict()
+            green = {"gl": "up", "opengl": "up", "dx": "down", "directx": "down"}.get(said.get("green") or "", "")
+            return MapName(role, green, said.get("gloss") is not None, deep)
     return None
 
 
-def rank(file: str) -> tuple[int, int]:
+def rank(file: str) -> tuple[int, ...]:
     """Return how good a map with this name is among several of one role: the least is read."""
-    ending, found = PurePath(file).suffix.lower(), named(file)
-    kinds = (LOSSLESS, LOSSY, UNREAD)
-    green = "" if found is None else found.green
-    return next(number for number, endings in enumerate(kinds) if ending in endings), ("up", "down", "").index(green)
+    ending, found = PurePath(file).suffix.lower(), named(file) or MapName("")
+    kind = next(number for number, endings in enumerate((LOSSLESS, LOSSY, UNREAD)) if ending in endings)
+    return kind, found.gloss, not found.deep, ("up", "down", "").index(found.green)

@@ -1,8 +1,9 @@
 """A set of maps of a material, in a folder or in a ZIP file: which of its files are read.
 
 Stage   SURFACES, from files.
-Model   Of each role (`map_names`) one file is chosen: without loss before JPEG, and green up before green down. The
-        others are told. Of a ZIP file only the chosen maps are unpacked, under names of our own.
+Model   Of each role (`map_names`) one file is chosen: without loss before JPEG, roughness before gloss, 16 bits before
+        8, and green up before green down. The others are told. Of a ZIP file only the chosen maps are unpacked, under
+        names of our own.
 Limits  MOST_FILES names; LARGEST_FILE bytes of each chosen map, also unpacked. A ZIP file with a name that leaves its
         folder, twice the same name, or a chosen map that is a link, encrypted, or packed with another method than
         Deflate is refused as a whole. Folders within a folder are read DEEPEST levels down.
@@ -100,8 +101,11 @@ def _files_in(folder: Path, deeper: int) -> list[Path]:
     found: list[Path] = []
     with os.scandir(folder) as entries:
         for entry in sorted(entries, key=lambda one: one.name):
-            if entry.is_file():
+            if Path(entry.path).is_file():
                 found.append(Path(entry.path))
+            elif entry.is_symlink() and named(entry.name):
+                hint = "Remove the link, or copy the file into its place."
+                refuse_file(f"the link {shown(entry.name)}, which leads to no file", "maps, or links to maps", hint)
             elif deeper and entry.is_dir(follow_symlinks=False):
                 found += _files_in(Path(entry.path), deeper - 1)
             if len(found) > MOST_FILES:

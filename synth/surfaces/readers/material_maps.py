@@ -2,7 +2,7 @@
 
 Stage   SURFACES, from files.
 Model   Each file is read as it would be alone (`file_formats`), and must be what its name says. All numbers are linear,
-        whatever a file says of its colours. The roughness of a packed map is its green channel.
+        whatever a file says of its colours. The roughness of a packed map is its green channel. Gloss is 1 - roughness.
 Source  Names and channels: the public documentation of the libraries. alpha = roughness^2: glTF 2.0, appendix B.
 Limits  The roughness of a set becomes one number: the root mean square of alpha over the map.
 """
@@ -17,10 +17,9 @@ import numpy as np
 from synth.errors import InvalidRequest, shown
 from synth.surfaces.readers.file_formats import read_surface_file
 from synth.surfaces.readers.image import opened, wide_pixels
-from synth.surfaces.readers.map_names import PACKED
+from synth.surfaces.readers.map_names import PACKED, named
 from synth.surfaces.readers.map_set import MapFile
-from synth.surfaces.readers.normal_map import Slopes
-from synth.surfaces.readers.surface_file import SurfaceFile, refuse_file
+from synth.surfaces.readers.surface_file import Slopes, SurfaceFile, refuse_file
 
 GREY = "Download it as PNG or TIFF, in grey."
 
@@ -48,7 +47,7 @@ def displacement(map_file: MapFile) -> SurfaceFile:
 
 def slopes(map_file: MapFile) -> tuple[tuple[Slopes, Slopes], SurfaceFile]:
     """Return the slopes of a normal map along x and down the rows, as if green pointed up, and its file."""
-    found = _naming(map_file, lambda: read_surface_file(map_file.path))
+    found = _naming(map_file, lambda: read_surface_file(map_file.path, is_normal_map=True))
     if found.slopes is None:
         hint = "Its colours are no normals. Rename it, or download the normal map again."
         refuse_file(f"{shown(map_file.name)}: {found.layout}", "a normal map", hint)
@@ -61,7 +60,8 @@ def alpha_of(map_file: MapFile, role: str) -> float:
     low, high = float(np.min(roughness)), float(np.max(roughness))
     if not (low >= 0.0 and high <= 1.0):
         refuse_file(f"{shown(map_file.name)}: {low:.3g} to {high:.3g}", "roughness from 0 to 1", GREY)
-    return float(np.sqrt(np.mean(roughness**4)))
+    found = named(map_file.name)
+    return float(np.sqrt(np.mean((1.0 - roughness if found and found.gloss else roughness) ** 4)))
 
 
 def _grey(map_file: MapFile) -> np.ndarray[Any, Any]:

@@ -5,6 +5,7 @@ Model   A colour c is the unit vector n = 2 c - 1, with red along x, green along
         -n_x / n_z and -n_y / n_z have no unit, so the unit of the heights is the distance between pixels. One division
         in the Fourier domain gives the heights whose slopes are nearest to those of the map (least squares). Green
         points up in the image, as in glTF and OpenGL, or down, as in DirectX. It is read as up.
+        Colours at half the resolution are restored (`halved_colours`).
 Source  Frankot & Chellappa 1988, A method for enforcing integrability in shape from shading
         algorithms, IEEE PAMI 10(4).
 Limits  The heights are periodic over the map, as tiles are, and have no mean slope. The residual is the part of the
@@ -14,17 +15,17 @@ Limits  The heights are periodic over the map, as tiles are, and have no mean sl
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
-from synth.surfaces.readers.surface_file import Heights, SurfaceFile, refuse_file
-
-Slopes = np.ndarray[Any, np.dtype[Any]]
+from synth.surfaces.readers.halved_colours import NOTE, restored
+from synth.surfaces.readers.surface_file import Heights, Slopes, SurfaceFile, refuse_file
 
 STEEPEST = 20.0  # the largest slope of a texture; larger ones are noise of vectors that are parallel to the surface
 UNIT_WITHIN = 0.1  # permitted error of a vector's length: 8 bits alone give 0.007, and compression more
 MOST_OTHER = 0.05  # permitted share of pixels that are not unit vectors, such as dust and borders of a map
+NEARLY_WITHIN, MOST_FAR = 0.3, 0.2  # the same of a map whose name says what it is: colours of JPEG are means of 2 x 2
 
 
 def surface_of(
@@ -32,37 +33,34 @@ def surface_of(
     pixels: np.ndarray[Any, Any],
     spacing: tuple[float, float] | None,
     notes: tuple[str, ...],
+    halved: tuple[bool, bool] = (False, False),
 ) -> SurfaceFile:
     """Return the heights of a normal map, in units of the distance between columns.
 
     pixels: whole numbers without sign, [rows, columns, 3], or real numbers from 0 to 1.
     spacing: m, or None. Only its ratio, the aspect of a pixel, affects the heights.
-    Raises InvalidRequest for a picture that is not a normal map.
+    halved: whether its colours were kept at half the resolution along x, and along the columns.
+    Raises InvalidRequest for a picture that is not even nearly a normal map. `check_unit` is stricter.
     """
     if pixels.shape[2] != 3 or pixels.dtype.kind not in "uf":
         refuse_file(f"{kind} with {pixels.shape[2]} channels of {pixels.dtype}", "grey or RGB", "Save it as grey.")
     half = np.float32(np.iinfo(pixels.dtype).max / 2.0 if pixels.dtype.kind == "u" else 0.5)
     across, up, outwards = (pixels[:, :, channel].astype(np.float32) / half - 1.0 for channel in range(3))
     length = np.sqrt(across**2 + up**2 + outwards**2)
-    other = float(np.mean((np.abs(length - 1.0) > UNIT_WITHIN) | (outwards <= 0.0)))
-    if other > MOST_OTHER:
-        refuse_file(
-            f"a picture in colour ({100 * other:.0f} % of its pixels are not unit vectors)",
-            "a grey displacement map, or a normal map",
-            "A photograph has no heights. Save a displacement map as grey.",
-        )
+    other, far = (
+        float(np.mean((np.abs(length - 1.0) > within) | (outwards <= 0.0))) for within in (UNIT_WITHIN, NEARLY_WITHIN)
+    )
+    if far > MOST_FAR:
+        _refuse_colours(other)
     outwards = np.maximum(outwards, 1.0 / STEEPEST)
     along_x = np.clip(-across / outwards, -STEEPEST, STEEPEST)
     down = np.clip(up / outwards, -STEEPEST, STEEPEST)  # rows run down, and green points up
     aspect = 1.0 if spacing is None else spacing[1] / spacing[0]
     heights, residual, of_down = integrated(along_x, down, (1.0, aspect))
-    notes = (*notes, f"No heights have {100 * residual:.2g} % of its slopes (rms), the residual of the integration")
-    if of_down < 0.5 * residual:
-        notes = (
-            *notes,
-            f"With green pointing down the residual would be {100 * of_down:.2g} %: the map may be for DirectX. "
-            "Then invert its green channel",
-        )
+    if any(halved):
+        along_x, down = restored(along_x, down, aspect, 1.0 if residual <= of_down else -1.0, halved)
+        heights, residual, of_down = integrated(along_x, down, (1.0, aspect))
+        notes = (*notes, NOTE)
     return SurfaceFile(
         kind,
         "a normal map, with green pointing up",
@@ -72,8 +70,34 @@ def surface_of(
         spacing=spacing,
         spacing_unit=None if spacing is None else "m",
         tagged=True,
-        notes=notes,
+        notes=(*notes, *_notes(residual, of_down)),
         slopes=(along_x, down),
+        not_unit=other,
+    )
+
+
+def _notes(residual: float, of_down: float) -> list[str]:
+    notes = [f"No heights have {100 * residual:.2g} % of its slopes (rms), the residual of the integration"]
+    if of_down < 0.5 * residual:
+        notes.append(
+            f"With green pointing down the residual would be {100 * of_down:.2g} %: the map may be for DirectX. "
+            "Then invert its green channel"
+        )
+    return notes
+
+
+def check_unit(found: SurfaceFile) -> None:
+    """Raise InvalidRequest for a picture in colour that may be no normal map, where no name says that it is one."""
+    if found.not_unit > MOST_OTHER:
+        _refuse_colours(found.not_unit)
+
+
+def _refuse_colours(other: float) -> NoReturn:
+    refuse_file(
+        f"a picture in colour ({100 * other:.0f} % of its pixels are not unit vectors)",
+        "a grey displacement map, or a normal map",
+        "A photograph has no heights. Save a displacement map as grey. A rough normal map in JPEG is read from a "
+        "folder of its own, as wall_nor_gl.jpg.",
     )
 
 

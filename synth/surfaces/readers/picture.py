@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import ExifTags
+from PIL import ExifTags, JpegImagePlugin
 
 from synth.surfaces.readers.image import READABLE, SAVE, opened, spacing_of_dpi, surface_of_pixels, wide_pixels
 from synth.surfaces.readers.surface_file import SurfaceFile, check_shape, refuse_file
@@ -28,6 +28,7 @@ BITMAP_HEADERS = (12, 40, 52, 56, 64, 108, 124)
 GREYMAPS, BITMAPS = (b"P2", b"P5"), (b"P1", b"P4")
 LONGEST_HEADER = 4096  # bytes of a PGM, with its comments
 METRES = 1  # unit of sCAL
+HALF_WIDTH, HALF_BOTH = 1, 2  # Pillow's numbers for the chroma 4:2:2 and 4:2:0
 
 
 def fits(head: bytes, _ending: str) -> bool:
@@ -63,17 +64,28 @@ def read(path: Path, _ending: str) -> SurfaceFile:
         no_unit = _no_unit(image, header)
         transparent = image.info.get("transparency") if image.mode != "P" else None
         lossy = kind == "JPEG" or (kind == "WEBP" and b"VP8 " in path.read_bytes()[:64])
+        halved = _halved(image, lossy)
     found_bits = bits if bits and pixels.ndim == 2 and pixels.dtype == np.uint8 else 1 if header[:2] == b"P4" else None
     if isinstance(transparent, int | tuple) and pixels.dtype.kind == "u":
         pixels = _with_alpha(pixels, transparent, found_bits)
     if orientation != 1:
         pixels = turned(pixels, orientation)
+        halved = halved[::-1] if orientation >= 5 else halved
         spacing = spacing and (spacing[::-1] if orientation >= 5 else spacing)
         notes = (*notes, "It was turned as its orientation tag says")
     most = _full_scale(path) if kind == "PNM" and header[:2] in GREYMAPS else None
     if most:
         pixels = np.rint(pixels * (most / np.iinfo(pixels.dtype).max)).astype(pixels.dtype)
-    return replace(surface_of_pixels(kind, pixels, spacing, notes, lossy, found_bits, most), no_unit=no_unit)
+    found = surface_of_pixels(kind, pixels, spacing, notes, lossy, found_bits, most, halved)
+    return replace(found, no_unit=no_unit)
+
+
+def _halved(image: Any, lossy: bool) -> tuple[bool, bool]:
+    """Return whether the colours of a picture are kept at half the resolution along x, and along the columns."""
+    if image.format != "JPEG":
+        return lossy, lossy  # WebP has no other choice
+    sampling = JpegImagePlugin.get_sampling(image)
+    return sampling in (HALF_WIDTH, HALF_BOTH), sampling == HALF_BOTH
 
 
 def _full_scale(path: Path) -> int | None:

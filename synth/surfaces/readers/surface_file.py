@@ -19,6 +19,7 @@ import numpy as np
 from synth.errors import Fault, InvalidRequest, shown
 
 Heights = np.ndarray[Any, np.dtype[np.float64]]
+Slopes = np.ndarray[Any, np.dtype[Any]]
 Missing = np.ndarray[Any, np.dtype[np.bool_]]
 
 MOST_POINTS = 2**24  # 4096 x 4096: 64 MB as float32; the import of a larger one would take gigabytes
@@ -115,6 +116,7 @@ class SurfaceFile:
         confirm the unit.
     no_unit: why the numbers of a displacement map cannot be heights in a unit, or "".
     slopes: of a normal map, its slopes along x and down the rows, with green pointing up; else None.
+    not_unit: of a normal map, the share of its pixels that are no unit vectors.
     """
 
     format: str
@@ -133,7 +135,8 @@ class SurfaceFile:
     measured_x: Heights | None = None
     doubt: str = ""
     no_unit: str = ""
-    slopes: tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]] | None = None
+    slopes: tuple[Slopes, Slopes] | None = None
+    not_unit: float = 0.0
 
 
 def refuse_file(value: object, allowed: str, hint: str, cause: BaseException | None = None) -> NoReturn:

@@ -22,8 +22,9 @@ from typing import Any
 
 import numpy as np
 
-from synth.errors import CannotRender, RidgewaveError
+from synth.errors import CannotRender, RidgewaveError, shown
 from synth.surfaces.readers.known_files import known, mesh_as_text, refuse_unknown
+from synth.surfaces.readers.map_names import EXAMPLES as MAPS
 from synth.surfaces.readers.surface_file import SurfaceFile, check_shape, finite_heights, refuse_file, unit_named
 
 LARGEST_UNPACKED = 2**28  # bytes of all files in a ZIP file: twice MOST_POINTS heights as 64-bit numbers
@@ -71,7 +72,8 @@ BY_NAME = {
     ".ibw": "a file of Igor",
     ".hgt": "a file of SRTM",
 }
-ZIP, PACKED = b"PK\x03\x04", "a packed file (ZIP)"
+ZIP, EMPTY_ZIP, PACKED = b"PK\x03\x04", b"PK\x05\x06", "a packed file (ZIP)"
+SHOWN = 3  # names in an error
 IN_ZIP_ONLY = (".x3p", ".plux", ".qep", ".poir")  # of these names, any other contents are of another format
 PARTS_IN_ZIP = ("main.xml", ".prf", ".oir", ".dsc")  # of X3P, Mahr, Olympus and a nanomeasuring machine
 HDF5 = b"\x89HDF"
@@ -104,6 +106,8 @@ def read(path: Path, ending: str) -> SurfaceFile:
         head = file.read(HEAD_BYTES)
     if mesh_as_text(head):
         refuse_unknown(head, ending, path)
+    if head.startswith((ZIP, EMPTY_ZIP)) and _instrument(head, ending) is None:
+        _check_packed(path, known(head, ending, path))
     try:
         from SurfaceTopography.IO import MagicMatch, readers
     except ImportError as error:
@@ -146,6 +150,29 @@ def read(path: Path, ending: str) -> SurfaceFile:
     hint = "Copy it again. If it is whole, export it as text: of X3P, for example, areas are read and profiles are not."
     value = "a file that its reader cannot read" + (f": {found[0]}" if found else "")
     refuse_file(value, allowed, hint, cause)
+
+
+def _check_packed(path: Path, found: tuple[str, str] | None) -> None:
+    """Raise InvalidRequest for a ZIP file that is cut off, and for one without a file of an instrument.
+
+    A set of maps is no file for this reader, and documents are named by another. found: what is known of it.
+    """
+    if found is not None and found[0] != PACKED:
+        return
+    if not zipfile.is_zipfile(path):
+        refuse_file("a damaged ZIP file, or a part of one", "a whole file", "Download or copy it again.")
+    if _holds_surface(path):
+        return
+    with zipfile.ZipFile(path) as packed:
+        names = packed.namelist()
+    held = ", ".join(map(shown, names[:SHOWN])) + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")
+    if any(name.lower().endswith(".zip") for name in names):
+        hint = "Unpack it, and import the ZIP file or the folder with the maps."
+    else:
+        hint = "Unpack it, and import the file of heights that is in it."
+    refuse_file(
+        f"a ZIP file without maps: {held or 'it is empty'}", f"a ZIP file with maps, such as {MAPS}, or one file", hint
+    )
 
 
 def _source(path: Path, head: bytes) -> Any:

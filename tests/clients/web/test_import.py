@@ -193,6 +193,19 @@ def test_every_option_reaches_the_service_and_axe_finds_nothing_serious(page: Pa
     assert violations(page, "main") == []
 
 
+def test_name_and_keep_are_in_view_on_a_small_screen(page: Page, tmp_path: Path) -> None:
+    """Also before anything is scrolled, and above a long report."""
+    page.set_viewport_size({"width": 1280, "height": 720})
+    content = made(CASES["Poly Haven, packed, ZIP"], surface(1), tmp_path).read_bytes()
+    chosen(page, {"name": "wall.zip", "mimeType": "application/zip", "buffer": content})
+    measured(page, width="80 mm")
+    page.locator("dialog").evaluate("(dialog) => dialog.scrollTo(0, 0)")
+    for control in ("#import-name", KEEP):
+        box = page.locator(control).bounding_box()
+        assert box is not None and box["y"] > 0.0 and box["y"] + box["height"] <= 720.0
+    page.locator(KEEP).click(trial=True)  # nothing covers it
+
+
 def test_a_dropped_file_opens_the_import_and_one_that_is_no_surface_says_why(page: Page) -> None:
     assert page.evaluate(DROP, {"name": "noise.txt", "text": "no numbers"}) == [True, True, True]
     answered(page)
@@ -276,10 +289,17 @@ def test_a_sinusoid_can_be_chosen_after_an_imported_texture_and_each_choice_is_u
 
 def test_a_zip_file_with_a_set_of_maps_has_options_of_its_own(page: Page, service: Running, tmp_path: Path) -> None:
     content = made(CASES["Poly Haven, packed, ZIP"], surface(1), tmp_path).read_bytes()
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url) if "/textures?dry_run" in request.url else None)
     chosen(page, {"name": "wall.zip", "mimeType": "application/zip", "buffer": content})
-    assert set(faults(page)) == {"width"} and page.locator("dialog [name=unit]").count() == 0
+    assert "width of the sample first" in page.inner_text("dialog [role=status]") and faults(page) == {}
+    assert page.evaluate(FOCUS) == "import-width" and page.is_disabled(KEEP) and not asked
+    assert page.locator("dialog [name=unit]").count() == 0
     measured(page, width="80 mm", slope="0.03")
     assert "256 × 256 points over 80 mm × 80 mm" in page.inner_text("dialog [role=status]")
-    assert "are synthetic" in page.inner_text("dialog dl.report")
+    report = page.inner_text("dialog dl.report")
+    assert "are synthetic" in report and "the normals give the height" in report and "a height was given" not in report
+    measured(page, slope="", hurst="0.8", shortest="200 µm")
+    assert "to 200 um are synthetic: Hurst exponent 0.8" in page.inner_text("dialog dl.report")
     assert not stored(service)
     page.keyboard.press("Escape")

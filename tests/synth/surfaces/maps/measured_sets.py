@@ -1,6 +1,6 @@
 """Prints what sets of maps of known surfaces become: `python -m tests.synth.surfaces.maps.measured_sets`.
 
-The first table has the errors of the ten sets of `map_sets`, the second those of ten maps that are continued below
+The first table has the errors of the eleven sets of `map_sets`, the second those of ten maps that are continued below
 their pixel. A minute.
 """
 

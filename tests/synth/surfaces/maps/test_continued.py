@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from synth.errors import InvalidRequest, SceneError
 from synth.scene.scene import parse_scene
 from synth.surfaces import profile_of
+from synth.surfaces.continued import Continuation, synthetic_slope
 from synth.surfaces.measured_area import MeasuredArea
 from synth.surfaces.measurement.import_options import read_options
 from synth.surfaces.measurement.import_report import ImportedSurface
 from synth.surfaces.measurement.importing import import_surface
 from synth.surfaces.surface_data import SurfaceData, remember
-from tests.synth.surfaces.maps.map_sets import CASES, PIXEL, SIDE, WIDTH, Array, made, surface
+from tests.synth.surfaces.maps.map_sets import CASES, PIXEL, SIDE, WIDTH, Array, displacement, file_of, made, surface
 
 SEEDS = range(10)
 SHORTEST = 160e-6  # m
@@ -119,6 +122,69 @@ def test_the_waves_of_the_map_stay_as_they_are(ends: str, tmp_path: Path) -> Non
     assert np.max(across) < 0.01 * own.rms[0]
 
 
+SERIES: dict[str, Callable[[Array], Array]] = {
+    "self-affine": lambda q: np.ones(q.shape),
+    "nothing above 0.9": lambda q: q <= 0.9,
+    "nothing above 0.5": lambda q: q <= 0.5,
+    "gently blurred": lambda q: np.exp(-0.5 * q**2),
+    "blurred": lambda q: np.exp(-1.5 * q**2),
+    "strongly blurred": lambda q: np.exp(-4.0 * q**2),
+}
+"""Factors of the waves of a map by their wave numbers, in those of its pixel."""
+
+
+def filtered(seed: int, factor: Callable[[Array], Array]) -> Array:
+    """Return a map of 512 x 512 points whose waves have a factor, m."""
+    heights = surface(seed, 0.5 + 0.1 * seed, side=512)
+    q = 2.0 * np.hypot(np.fft.fftfreq(512), np.fft.fftfreq(512)[:, np.newaxis])
+    return np.fft.ifft2(np.fft.fft2(heights) * factor(q)).real
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("kind", SERIES)
+def test_whole_part_and_mirrored_part_of_a_map_go_on_alike(kind: str, seed: int) -> None:
+    """Also where the finest waves of the map are absent, and mirroring puts others in their place."""
+    heights = filtered(seed, SERIES[kind]).astype(np.float32)
+    middle = heights[194:319, 194:319]
+    slopes = [
+        synthetic_slope(SurfaceData(of, (PIXEL, PIXEL)), ends, Continuation(0.6))
+        for of, ends in (
+            (heights, "join"),
+            (heights, "mirror"),
+            (heights[128:384, 128:384], "mirror"),
+            (middle, "mirror"),
+        )
+    ]
+    assert 20.0 * np.log10(np.max(slopes) / np.min(slopes)) < 1.5
+
+
+@pytest.mark.parametrize("limit", [0.9, 0.5])
+def test_a_map_without_its_finest_waves_goes_on_as_the_whole_one_does(limit: float) -> None:
+    """Within 3 dB: the law of its other waves reaches over the gap."""
+    whole, cut = (
+        synthetic_slope(SurfaceData(filtered(2, of).astype(np.float32), (PIXEL, PIXEL)), "join", Continuation(0.6))
+        for of in (SERIES["self-affine"], SERIES[f"nothing above {limit}"])
+    )
+    assert abs(20.0 * np.log10(cut / whole)) < 3.0
+
+
+def test_a_grating_gets_no_law_of_random_waves() -> None:
+    place = np.arange(240) * 2.0 * np.pi / 12.0
+    heights = 1e-4 * (np.sin(place) + np.cos(place)[:, np.newaxis])
+    data = SurfaceData(heights.astype(np.float32), (PIXEL, PIXEL))
+    assert synthetic_slope(data, "join", Continuation(0.6)) < 1e-6
+
+
+def test_an_enlarged_map_is_told(tmp_path: Path) -> None:
+    enlarged = Image.fromarray(surface(3).astype(np.float32)).resize((2 * SIDE, 2 * SIDE), Image.Resampling.BICUBIC)
+    for name, heights, words in (("one", surface(3), None), ("two", np.asarray(enlarged, np.float64), "enlarged")):
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / "a_disp.tif").write_bytes(file_of(displacement(heights, 16), "tif"))
+        notes = import_surface(folder, read_options({"width": WIDTH, "height": "1 mm", "hurst": 0.6})).report["notes"]
+        assert any("hardly any waves from" in one for one in notes) == (words is not None)
+
+
 def test_the_same_seed_gives_the_same_surface_without_a_seam(tmp_path: Path) -> None:
     found = imported(2, tmp_path, hurst=0.5)
     one, two = on_points(area_of(found)), on_points(area_of(found, synthetic_seed=1))
@@ -147,10 +213,16 @@ def test_what_the_user_gives_wins_over_the_roughness_map(tmp_path: Path) -> None
     assert imported(4, tmp_path, slope=0).report["texture"] == {"ends": "join"}
 
 
-def test_a_map_that_reaches_down_to_the_shortest_wave_is_not_continued(tmp_path: Path) -> None:
-    found = imported(5, tmp_path, shortest="1 mm")
-    assert found.report["synthetic"] is None
-    assert any("No waves were added" in note for note in found.report["notes"])
+def test_a_shortest_wave_that_the_map_itself_has_is_refused(tmp_path: Path) -> None:
+    for shortest in ("1 mm", 2.0 * PIXEL):
+        with pytest.raises(InvalidRequest, match=r"shortest: got .*; allowed: less than 625 um, two pixels"):
+            imported(5, tmp_path, shortest=shortest)
+
+
+def test_the_report_tells_the_slopes_that_can_be_asked(tmp_path: Path) -> None:
+    (note,) = [one for one in imported(5, tmp_path).report["notes"] if "are synthetic" in one]
+    for slope in note.split("it would be ")[1].removesuffix(" for this map").split(" to "):
+        assert imported(5, tmp_path, slope=slope).report["synthetic"]["rms_slope"] == pytest.approx(float(slope), 0.01)
 
 
 def test_a_surface_that_is_too_large_for_shorter_waves_tells_which_part_has_them(tmp_path: Path) -> None:
