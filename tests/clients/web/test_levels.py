@@ -38,7 +38,7 @@ STEADY_RMS = """async () => {
 SIX = (
     "grating-500um-40um",
     "sinusoid",
-    "denim-72x56",
+    "corduroy-14-wale",
     "sandpaper-p220",
     "vinyl-record-114um",
     "grating-20mm-400um",

@@ -66,7 +66,7 @@ def test_a_phone_shows_one_sheet_at_a_time_under_a_pad_that_stays(chromium: Brow
         open_sheet = sheet.bounding_box()
         page.click("[data-tab=feel]")  # pressed again, it closes
         shut = sheet.bounding_box()
-        assert open_sheet is not None and shut is not None and shut["height"] == 108 < 400 < open_sheet["height"]
+        assert open_sheet is not None and shut is not None and shut["height"] == 104 < 400 < open_sheet["height"]
         assert shut["y"] + shut["height"] == 844
         for one in ("#texture-search", "label[for=import]", "#slot-b", "#load"):
             box = page.locator(one).bounding_box()
