@@ -50,5 +50,5 @@ def test_an_everyday_scan_is_felt_or_has_a_note(entry: CatalogueEntry) -> None:
     unfelt = [warning for warning in warnings if warning.startswith("This is not felt")]
     assert bool(unfelt) == bool(entry.note), "what is not felt has a note that says why"
     if len(warnings) > len(unfelt):  # very small cells would not fit: the plan tells the error that remains
-        assert over_area
+        assert over_area or unfelt
         assert all(one in unfelt or one.startswith("The error of the acceleration is 0.0") for one in warnings)
