@@ -51,10 +51,14 @@ export class Answer {
     setInterval(() => this.#held || this.#tell(), EVERY);
   }
 
-  /** Keeps the answer as it is now while `held`: the plots show what was felt until a lift. */
+  /** Keeps the answer while `held`: the plots show what was felt until a lift. */
   hold(held) {
-    if (held && !this.#held) this.#tell();
     this.#held = held;
+  }
+
+  /** Tells of a spectrum that is not the live one; its members are those that `answerOf` reads. */
+  tellOf(spectrum) {
+    byId("answer").textContent = answerOf(spectrum);
   }
 
   #tell() {

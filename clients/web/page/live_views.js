@@ -54,6 +54,7 @@ export class LiveViews {
     this.strip = new ContactStrip(byId("strip"), this.surface);
     this.ribbon = new Ribbon(byId("ribbon"));
     this.answer = new Answer(this.spectrum);
+    this.plots.onFelt = (spectrum) => this.answer.tellOf(spectrum);
     new ResizeObserver(() => this.scale(pad.metresPerPixel)).observe(pad.element);
     session.addEventListener("ready", ({ detail }) => this.#warm(detail.ready), { once: true });
     session.addEventListener("block", ({ detail }) => this.#hear(detail));

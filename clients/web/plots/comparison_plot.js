@@ -21,6 +21,8 @@ export function comparisonPlot(slots) {
   const words = wordsOf(slots);
   const plots = kept.map(([slot]) => spectrumPlot(slots[slot]));
   const high = Math.max(...plots.map(({ up }) => up.high));
+  const least = Math.min(...spectra.map(([, { amplitudes }]) => amplitudes.reduce((a, b) => Math.max(a, b), 0)));
+  const shown = least > 0 ? 10 ** (Math.floor(Math.log10(least)) - 1) : high; // a decade of the weaker one, at least
   const { levels } = slots[first];
   const lines = spectra.map(([slot, { frequencies, amplitudes }], index) => ({
     ...{ xs: frequencies.slice(1), ys: amplitudes.slice(1), legend: slot, ...LOOKS[slot] },
@@ -34,7 +36,7 @@ export function comparisonPlot(slots) {
     });
   return {
     ...{ ...base, kind: "comparison", snapshot: slots[first], snapshots: slots, marks: [], words },
-    up: { ...base.up, high, low: Math.min(...plots.map(({ up }) => up.low)) },
+    up: { ...base.up, high, low: Math.min(shown, ...plots.map(({ up }) => up.low)) },
     lines: [...lines, ...(levels.length ? [thresholdLine(levels)] : [])],
     told: words.join(" "),
     describe: (frequency) =>

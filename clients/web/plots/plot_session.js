@@ -3,9 +3,10 @@
 import { exportPlot } from "./export_plot.js";
 import { followGestures } from "./gestures.js";
 import { PlotPanel } from "./plot_panel.js";
-import { lineInWords, spectrumPlot } from "./spectrum_plot.js";
+import { lineInWords, LOWEST, spectrumOf, spectrumPlot } from "./spectrum_plot.js";
 import { waveformPlot } from "./waveform_plot.js";
 import { inWords, quantityOf } from "../scene/quantities.js";
+import { largestLine } from "../views/fourier_transform.js";
 
 const EVERY = 150; // ms between drawings of the live spectrogram
 const MAKERS = { waveform: waveformPlot, spectrum: spectrumPlot };
@@ -38,6 +39,7 @@ export class PlotSession {
   /** The hand has lifted: freezes what was felt, and keeps it for a slot, "A" or "B". */
   lifted(snapshot, slot) {
     this.#slots[slot] = snapshot;
+    this.#plots.onFelt(feltOf(snapshot));
     for (const name of Object.keys(this.#tools)) this.#freeze(name, "lift", snapshot);
     if (this.#view === "comparison") this.#show("spectrum");
   }
@@ -136,6 +138,19 @@ export class PlotSession {
   #say(name, sentence) {
     this.panels[name].status.textContent = sentence;
   }
+}
+
+/** Returns the spectrum of a snapshot as the answer in words reads it (page/answer.js). */
+function feltOf(snapshot) {
+  const { frequencies, amplitudes } = spectrumOf(snapshot);
+  const first = frequencies.findIndex((frequency) => frequency >= LOWEST);
+  const drawn = {
+    frequencies: frequencies.slice(first),
+    amplitudes: amplitudes.slice(first),
+    threshold: snapshot.levels,
+    largest: largestLine(amplitudes, snapshot.rate, LOWEST),
+  };
+  return { drawn, fullScale: snapshot.fullScale, quantity: snapshot.quantity };
 }
 
 function badgeOf(by) {

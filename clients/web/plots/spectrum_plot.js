@@ -8,7 +8,8 @@ import { FourierTransform, largestLine } from "../views/fourier_transform.js";
 import { levelAt, THRESHOLD_SPREAD } from "../views/spectrum.js";
 import { capital, nameOfColumn, rowsWithin } from "./waveform_plot.js";
 
-const [LOWEST, HIGHEST] = [10, 5000]; // Hz, as in the live view
+export const LOWEST = 10; // Hz, as in the live view
+const HIGHEST = 5000; // Hz
 const DECADES = 5; // of amplitude
 
 /** Returns the plot of a snapshot (toolbar.js). */

@@ -28,6 +28,8 @@ export function mountToolbars(views) {
 class Plots {
   /** Whether the plots show what was felt until the last finger lifted. */
   lifted = false;
+  /** onFelt(spectrum): called with what a lift froze (plot_session.js). */
+  onFelt = () => {};
   /** Returns the pressed slot of the page, "A" or "B", whose spectrum a lift keeps. */
   slot = () => "A";
   /** follower(samples, fullScale, quantity, rate): called with what the live plots are given; null: none. */

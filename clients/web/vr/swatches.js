@@ -41,7 +41,7 @@ export async function loadThreshold() {
 
 async function picture({ name, title, stored, scene: textured }) {
   const scene = { ...textured, ...START_SCENE };
-  const rough = stored || textured.texture.kind === "rough";
+  const rough = stored || ["rough", "rough_area"].includes(textured.texture.kind);
   const points = rough ? POINTS.rough : POINTS.periodic;
   // Only the texture is read. Where `textured` names no finger, it has a comb, which is drawn twenty times faster.
   const { texture } = await call("POST", "/v1/picture", { scene: textured, points, phases: 0, area: AREA });

@@ -29,6 +29,7 @@ class Caller:
         self.connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._reader = FrameReader()
         self.over = False
+        self.answers = True  # pings
 
     def __enter__(self) -> Caller:
         return self
@@ -92,7 +93,7 @@ class Caller:
                 self.messages.append(json.loads(payload))
             elif kind == BINARY:
                 self.sound += payload
-            elif kind == PING:
+            elif kind == PING and self.answers:
                 self.send(PONG, payload)
             elif kind == CLOSE:
                 self.code = int.from_bytes(payload[:2], "big") if payload else 1005
