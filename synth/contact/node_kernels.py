@@ -218,9 +218,10 @@ def measure_nodes(areas, ends, first, places, weights, levels, numbers, phases, 
     kept, columns = np.empty((4, len(places))), np.empty(len(places), np.int64)
     for p in range(len(phases)):
         moved = (phases[p] - math.floor(phases[p])) * span
-        count, _top = gather(first, places, weights, levels, moved, span, -math.inf, columns, kept)  # at any height
         for j in range(z.shape[1]):
-            depth[p, j], width, _deepest = sums_of(areas, ends, first, columns, kept, count, z[p, j] / drop)
+            low = z[p, j] / drop
+            count, _top = gather(first, places, weights, levels, moved, span, low, columns, kept)
+            depth[p, j], width, _deepest = sums_of(areas, ends, first, columns, kept, count, low)
             touching[p, j] = width / drop
 
 
