@@ -5,8 +5,8 @@ scene. A change of what is fixed for a stream (rate, channels, quantity, full sc
 choice of a texture, which has its own automatic full scale, so that its level does not depend on those before. The
 present streams sound until the new ones are open. A full scale that the scene names, or a recording, is kept.
 Limits: at most MOST_FINGERS at once; one in a recording.
-Events: "state" {state}, "player" {player}, "block" {ready, samples, unlimited, finger}, "ready" {ready}, "plan" {plan: of a stream}, "problem" {problem,
-sentence}, "limited" {reduction} in dB. */
+Events: "state" {state}, "player" {player}, "block" {ready, samples, unlimited, finger}, "ready" {ready}, "plan" {plan: of a
+stream}, "problem" {problem, sentence}, "limited" {reduction} in dB. */
 
 import { Finger } from "../hand/finger.js";
 import { changesWhatIsFixed, hasFullScale, same, withField } from "../scene/merge.js";

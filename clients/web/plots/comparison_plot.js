@@ -1,4 +1,5 @@
-/* The plot of the spectra that were last felt with the slots A and B, with the difference of their levels over threshold in words.
+/* The plot of the spectra that were last felt with the slots A and B, with the difference of their levels over threshold in
+words.
 
 Model: the level of a spectrum is that of its line that is highest over the detection threshold, in dB. Where there is
 no threshold the level is that of the largest line, and only the difference is told.

@@ -4,7 +4,8 @@ import { hashOfScene } from "../scene/scene_hash.js";
 import { call } from "../service.js";
 
 /** Returns the header of a plot of a snapshot (toolbar.js), of several for a comparison: an object of JSON values.
- *  transform: of a spectrum, whose last frame is last_frame. scene_sha256: see scene_hash.js; null where the service does not answer or the page is not secure.
+ *  transform: of a spectrum, whose last frame is last_frame.
+ *  scene_sha256: see scene_hash.js; null where the service does not answer or the page is not secure.
  *  estimated_error: of each quantity, relative to its peak-to-peak. response_table: the hash of the table that the
  *  stream read, or null. */
 export async function headerOf(plot) {

@@ -139,7 +139,7 @@ function drawMarks(panel, marks, box, across) {
 }
 
 /** Returns sentences as lines that are at most `width` CSS px wide in the font of `context`. */
-export function wrapped(context, sentences, width) {
+function wrapped(context, sentences, width) {
   const lines = [];
   for (const sentence of sentences) {
     let line = "";

@@ -9,7 +9,7 @@ const MATERIALS = [
   ["sateen percale muslin drill", "#dfe3ea", "#525c70"],
   ["sandpaper", "#b5794a", "#33201a"],
   ["maple", "#e0bd8d", "#5d3c1e"],
-  ["oak board", "#c99c66", "#46290f"],
+  ["oak sawn", "#c99c66", "#46290f"],
   ["leather", "#a4663d", "#2c170d"],
   ["steel knob coin screw", "#cdd3da", "#2d333b"],
   ["glass", "#cfe3e6", "#33535b"],
