@@ -52,7 +52,7 @@ def fields(prefix: str, **_rest: Any) -> list[str]:
 
     if "=" in prefix:
         return []
-    paths = [line.path for line in scene_fields() if "[]" not in line.path and line.path != "effects"]
+    paths = [line.path for line in scene_fields() if "[]" not in line.path]
     return [f"{path}=" for path in (*paths, *(f"effects.{name}" for name in effect_names()))]
 
 

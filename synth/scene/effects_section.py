@@ -7,6 +7,7 @@ Model   Each module of `synth/effects`, except the interface, declares one effec
         null or absent: the effect is not simulated.
         An object: the effect is simulated with these settings, which are read as the section that it declares.
         "auto": the effect is simulated where it changes the output by more than the tolerance.
+        "auto" in place of the whole object is "auto" for every effect that changes channels and adds none.
 Limits  Two effects with settings that replace the same part of the model are refused together. An effect can also
         refuse to be combined with others (`Declaration.clash`). "auto" is never refused: the plan leaves out what does
         not fit.
@@ -113,14 +114,15 @@ class FrozenMapping(Mapping[str, Any]):
 
 
 class Effects(Rule):
-    """An object of effects by name. Each value is null, "auto" or an object of settings."""
+    """An object of effects by name, each null, "auto" or an object of settings; or "auto" for all that add no channel."""
 
-    allowed = 'an object of effects by name, each null, "auto" or an object of settings'
+    allowed = '"auto", or an object of effects by name, each null, "auto" or an object of settings'
 
     def read(self, value: object) -> FrozenMapping:
         """Return the value of each effect that is not null: "auto", or the section of its settings."""
+        value = in_full(value)
         if not isinstance(value, Mapping):
-            raise refused(self.allowed, "Write {} to simulate the contact alone.")
+            raise refused(self.allowed, 'Write {} to simulate the contact alone, or "auto" to let the plan choose.')
         refusals: list[Refusal] = []
         chosen: dict[str, Any] = {}
         for name, settings in value.items():
@@ -149,7 +151,7 @@ class Effects(Rule):
             }
             for name, effect in known.items()
         }
-        return {"anyOf": [{"type": "object", "additionalProperties": False, "properties": properties}]}
+        return {"anyOf": [{"type": "object", "additionalProperties": False, "properties": properties}, {"const": AUTO}]}
 
 
 def allowed_of(effect: Declaration) -> str:
@@ -157,8 +159,20 @@ def allowed_of(effect: Declaration) -> str:
     return "null or an object of settings" if effect.without_auto else 'null, "auto" or an object of settings'
 
 
+def in_full(effects: object) -> object:
+    """Return the field `effects` as written, with "auto" as the object of effects for which it stands.
+
+    An effect that adds channels is not among them: the number of channels does not depend on a choice of the plan.
+    """
+    if not isinstance(effects, str) or effects != AUTO:
+        return effects
+    known = {name: declaration(name) for name in effect_names()}
+    return {name: AUTO for name, effect in known.items() if not effect.without_auto and not effect.units}
+
+
 def lowest_load(effects: object) -> float:
     """Return the smallest load (N) that a scene with these `effects` can have; `effects` is the field as written."""
+    effects = in_full(effects)
     if not isinstance(effects, Mapping):
         return 0.0
     called = [name for name, settings in effects.items() if settings is not None and name in effect_names()]

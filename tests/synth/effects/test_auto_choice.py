@@ -9,6 +9,8 @@ import pytest
 from synth import Voice, parse_scene
 from synth.plan.preparation import prepare
 from synth.scene.effects_section import declaration, effect_names
+from synth.scene.merge import merge_patch
+from synth.scene.scene import channel_count
 from tests.few import paired
 
 ALL = {name: "auto" for name in effect_names() if not declaration(name).without_auto}
@@ -28,7 +30,7 @@ TEXTURES: dict[str, dict[str, Any]] = {"line": {}, "area": {"kind": "dots"}}
 
 
 def plan_of(
-    effects: dict[str, Any], finger: str, texture: str, scan: str, *, paced: bool = False, tolerance: float = 0.03
+    effects: dict[str, Any] | str, finger: str, texture: str, scan: str, *, paced: bool = False, tolerance: float = 0.03
 ) -> dict[str, Any]:
     """Return the plan as a document."""
     scene = parse_scene(
@@ -63,6 +65,22 @@ def test_all_effects_on_auto_are_never_refused_and_each_has_its_reason(finger: s
     assert all(spared.values())
     replaced = [declaration(name).replaces for name in called]
     assert len(replaced) == len(set(replaced)), "two replace the same thing"
+
+
+def test_auto_in_place_of_the_effects_is_auto_for_each_that_adds_no_channel() -> None:
+    scene = parse_scene({"effects": "auto"})
+    assert scene.document()["effects"] == {name: "auto" for name in ALL if name != "stick_slip"}
+    assert parse_scene(scene.document()) == scene and channel_count(scene) == 1
+    assert parse_scene({"effects": "auto", "scan": {"load": "-10 mN"}}).scan.load == -0.01, "adhesion may hold a pull"
+    plan = plan_of("auto", "fingertip", "area", "stroke", paced=True)
+    told = {one["name"] for one in (*plan["simulated"], *plan["left_out"])}
+    assert set(scene.effects) <= told
+
+
+def test_a_session_may_ask_for_auto_and_for_one_effect_after_it() -> None:
+    merged = merge_patch({"effects": "auto"}, {"effects": {"inertia": {}}})
+    assert dict(parse_scene(merged).effects).keys() == {"inertia"}
+    assert set(parse_scene(merge_patch(merged, {"effects": "auto"})).effects.values()) == {"auto"}
 
 
 def test_what_the_scene_sets_is_taken_before_what_is_on_auto() -> None:
