@@ -34,7 +34,9 @@ from synth.motion.scan_motion import ScanMotion
 from synth.plan.contact_steppers import point_stepper, table_stepper
 from synth.plan.effect_choice import SimulationCase
 from synth.plan.simulation_plan import SimulationPlan, refinement, resized
+from synth.response.demand import harmonics_of
 from synth.response.lift_gate import gate
+from synth.response.series_curve import SeriesCurve
 from synth.sampling.decimation import MOST_TAPS
 
 RATIOS = (0.25, 0.5, 1.0, 2.0, 4.0)  # of the plan's steps
@@ -236,14 +238,21 @@ class Integrated:
     def values(self) -> Array:
         """Return the channel (SI) at the frames of the piece."""
         case, simulation = self._scene.case, self._scene.plan.simulation
-        (first, frames), filters = case.piece, self._scene.plan.simulation.filters
+        (first, frames), signal, steady = case.piece, self._scene.signal, simulation.steady
+        rest = float(simulation.rest(self._load)) if signal.kind == RESPONSE and signal.order == 0 else 0.0
+        lifted = gate(self._load, case.scene.scan.lift_load)
+        if not self._scene.request.moving and steady is not None and steady.waves is not None:
+            turns, highest = abs(steady.turns), self._scene.request.highest
+            z = self._integrated(first / case.rate + np.arange(steady.steps) / (steady.steps * turns), SETTLING)
+            series = harmonics_of(z, highest) * (2j * math.pi * turns * np.arange(highest + 1)) ** signal.order
+            series[0] -= rest
+            places = turns * np.arange(frames) / case.rate
+            return np.asarray(lifted * SeriesCurve(series).heights(places, places))
+        filters = simulation.filters
         steps, rate = filters.steps, case.rate * filters.steps
         begin = (first - filters.margin) * steps
         times = np.arange(begin, begin + (frames - 1 + 2 * filters.margin) * steps + 1) / rate
-        z, signal = self._integrated(times, SETTLING), self._scene.signal
-        if signal.kind == RESPONSE:
-            z = z - float(simulation.reference(np.cbrt([self._load]))[0]) - simulation.offset
-        z = np.ascontiguousarray(z * gate(self._load, case.scene.scan.lift_load))
+        z = np.ascontiguousarray(lifted * (self._integrated(times, SETTLING) - rest))
         return filters.read(z, filters.orders.index(signal.order), frames)
 
     def _integrated(self, times: Array, before: float) -> Array:

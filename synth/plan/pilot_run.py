@@ -15,22 +15,22 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.effects.simulation.periodic import FEWEST_STEPS as FEWEST_OF_PERIOD
-from synth.effects.simulation.periodic import LONGEST, steady_of
+from synth.effects.simulation.periodic import LONGEST, Period, steady_of
 from synth.effects.simulation.running import RESPONSE, Running, Signal, Simulation
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
-from synth.plan.effect_choice import SimulationCase, relative_change
+from synth.plan.effect_choice import SimulationCase, relative_change, stiffness_round
+from synth.scene.output_section import BAND
 
 PILOT, LONGEST_PILOT = 0.05, 20.0  # s, shortest run of whole periods, and longest run if a period is longer than that
 LONGEST_OWN = 10.0  # s of a recording along which the change by the effects is computed
 OWN = 1.0  # s of a stroke or a recording along which the number of steps is judged
-FORGOTTEN, AHEAD = 16.0, 0.05  # number of time constants that leave 1e-7 of a memory; longest such time of a stream, s
 
 
 @dataclass(frozen=True, slots=True)
 class Pilot:
     """A simulation in its initial state, and a run of it at the scan's speed and load.
 
-    simulation: the simulation in the state in which it begins.
+    simulation: the simulation with its steady motion.
     moved: z minus its offset, and derivatives, SI, float64 [orders, frames].
     offset: offset of the displacement, m.
     own: the same along the first part of a stroke or a recording; otherwise it has no frames.
@@ -60,20 +60,24 @@ class Pilot:
 
 
 def started(simulation: Simulation, case: SimulationCase) -> Pilot:
-    """Return the pilot of `simulation` in its periodic state.
+    """Return the pilot of `simulation` in its steady motion.
 
-    The search begins from the periodic state that `simulation` has, if any. There is no search for a finger at rest,
-    or if a period is too long to be run several times. Skin that forgets within a small part of a period is
-    simulated ahead for that time instead.
+    The search begins from the steady motion that `simulation` has, if any. There is no search for a finger at rest, or
+    if a period is too long to be run several times.
     """
-    memory = FORGOTTEN * simulation.stepper.memory
-    if simulation.stepper.mass == 0.0 and 0.0 < memory <= min(AHEAD, 0.5 / max(abs(case.turns), 1e-9)):
-        simulation = replace(simulation, settling=memory)
-    elif case.turns != 0.0 and simulation.rate <= LONGEST * abs(case.turns):
+    if case.turns != 0.0 and simulation.rate <= LONGEST * abs(case.turns):
         crossings = case.scene.texture.period / case.scene.finger.ridge_period
-        asked = (case.turns, case.nominal.scan.load, steps_of_period(simulation, case), crossings, case.tolerance)
-        simulation = replace(simulation, steady=steady_of(simulation.stepper, *asked, simulation.steady))
+        period = Period.of(case.turns, case.nominal.scan.load, steps_of_period(simulation, case))
+        asked = period, crossings, case.tolerance, simulation.steady, case.highest
+        heavy = is_heavy(case, simulation.stepper.mass)
+        simulation = replace(simulation, steady=steady_of(simulation.stepper, *asked, of_mass=heavy))
     return run_pilot(simulation, case)
+
+
+def is_heavy(case: SimulationCase, mass: float) -> bool:
+    """Return whether `mass` (kg) has an effect at the end of the band."""
+    band = min(case.scene.output.bandwidth_hz, BAND * case.scene.output.sample_rate)
+    return mass * (math.pi * band) ** 2 > stiffness_round(case.contact, case.pressed)
 
 
 def steps_of_period(simulation: Simulation, case: SimulationCase) -> int:

@@ -11,7 +11,8 @@ Model   Points: their distance is halved until their error, from the change of t
         - the change by twice the steps, plus a third of it (second order);
         - for skin, the change by half the points; for a table, the change by half as many phases and heights;
         - what has not settled where the scan begins;
-        - what the filter lets through, and what that of a live voice takes from the end of the band.
+        - what the filter lets through, and what that of a live voice takes from the end of the band. A constant scan
+          whose motion repeats has no filter.
 Source  design, section 4: components below 0.40 of the rate are kept and those above 0.45 removed; 0.35 and 0.49 where
         the speed changes.
 Limits  The errors are estimates; tests/synth/effects compares them with independent solutions. Doubling ends where the
@@ -32,8 +33,8 @@ from synth.effects.simulation.steps import Stepper
 from synth.effects.simulation.terms import ELASTIC, Terms
 from synth.motion.moved_skin import mover_of
 from synth.plan.contact_steppers import point_stepper, slope_forces, table_stepper
-from synth.plan.effect_choice import SimulationCase, relative_change, stiffness_round
-from synth.plan.pilot_run import LONGEST_OWN, Pilot, run_own, run_pilot, started, steps_of_period, work_of
+from synth.plan.effect_choice import SimulationCase, relative_change
+from synth.plan.pilot_run import LONGEST_OWN, Pilot, is_heavy, run_own, run_pilot, started, work_of
 from synth.sampling.band_edge import WHOLE_TO, edge_of
 from synth.sampling.decimation import Decimator, narrowest
 from synth.scene.output_section import BAND
@@ -153,7 +154,9 @@ def plan_simulation(case: SimulationCase, terms: Terms, *, of_points: bool = Fal
     filters = _filters_of(case, terms, tried.simulation.steps)
     heard = run_pilot(replace(tried.simulation, filters=filters), case)
     change, peaks = _change_and_peaks(case, heard)
-    filtered = 10.0 ** (-_attenuation_of(case) / 20.0) + filters.droop
+    steady = heard.simulation.steady
+    of_series = not case.moving and steady is not None and steady.waves is not None
+    filtered = 0.0 if of_series else 10.0 ** (-_attenuation_of(case) / 20.0) + filters.droop
     parts = zip(of_steps, of_contact, _start_errors(case, tried), strict=True)
     errors = tuple(4.0 / 3.0 * steps + sum(others) + filtered for steps, *others in parts)
     ready = replace(heard.simulation, scene=case.scene, offset=heard.offset)
@@ -207,7 +210,8 @@ def _start_errors(case: SimulationCase, tried: Pilot) -> tuple[float, ...]:
     """Return the estimated difference of each order between a constant scan's start and its later motion."""
     simulation, steady = tried.simulation, tried.simulation.steady
     if steady is not None:
-        later, factor = steady.later(simulation.stepper, steps_of_period(simulation, case))
+        heavy = is_heavy(case, simulation.stepper.mass)
+        later, factor = steady.later(simulation.stepper, case.highest, of_mass=heavy)
         others = [replace(simulation, steady=other) for other in later]
     else:
         memory = simulation.stepper.memory
@@ -231,7 +235,7 @@ def _change_and_peaks(case: SimulationCase, tried: Pilot) -> tuple[tuple[float, 
     """
     simulation, moved = tried.simulation, tried.moved
     elastic = replace(simulation, stepper=simulation.stepper.elastic, steady=None, settling=0.0)
-    still = run_pilot(elastic, case)
+    still = started(elastic, case)
     change = tuple(map(relative_change, still.moved, moved))
     if (case.scene.scan.trajectory is not None or mover_of(case.scene) is not None) and not case.by_hand:
         moved = run_own(replace(simulation, offset=tried.offset), case, LONGEST_OWN)
@@ -273,7 +277,6 @@ def _filters_of(case: SimulationCase, terms: Terms, steps: int, *, judged: bool 
     rate, width = case.scene.output.sample_rate, 0.0
     kept, removed = MOVING_BAND if case.moving else STEADY_BAND  # parts of the rate
     narrow = case.scene.output.bandwidth_hz / rate
-    end = min(narrow, kept)
     if narrow < kept:
         kept, removed = JUDGED_BAND if judged else HAND_BAND if case.by_hand else SCAN_BAND
         kept, removed = kept * narrow, min(removed * narrow, MOVING_BAND[1])
@@ -282,7 +285,7 @@ def _filters_of(case: SimulationCase, terms: Terms, steps: int, *, judged: bool 
         if not judged and not case.live:
             half, width = edge_of(narrow / BAND)
             kept, removed = WHOLE_TO * narrow, 2.0 * half - WHOLE_TO * narrow
-    heavy = terms.mass * (math.pi * end * rate) ** 2 > stiffness_round(case.contact, case.pressed)
+    heavy = is_heavy(case, terms.mass)
     late = 0.0 if terms.skin is None else 1.0 - terms.skin.coefficients(1.0 / (rate * steps))[2]
     both, damped = (kept, removed), _attenuation_of(case)
     return Decimator.of(orders, rate, steps, both, damped, width=width, of_mass=heavy, late=late, live=case.live)

@@ -136,18 +136,23 @@ def _missed(taps: Array, before: Array, half: float, width: float) -> float:
     return max(abs(_gain(taps, one * before) - 0.5 * math.erfc((one - half) / width)) for one in places.tolist())
 
 
+def lost_amplitude(half: Array) -> Array:
+    """Return the part of the exact amplitude that the steps of a mass keep.
+
+    A force of frequency f moves a mass, by the midpoint rule, by only x^2 cos(x / 2) / (4 sin^2(x / 2)) of it, with
+    x = 2 pi f step; half: x / 2, above 0.
+    """
+    return np.asarray(half**2 * np.cos(half) / np.sin(half) ** 2)
+
+
 def _made_up(taps: Array, highest: float) -> Array:
     """Return taps that compensate for the amplitude that the steps of a mass lose.
 
-    A force of frequency f moves a mass, by the midpoint rule, by only x^2 cos(x / 2) / (4 sin^2(x / 2)) of the exact
-    amplitude, with x = 2 pi f step.
-
-    highest: x / 2 above which the compensation is constant, since the filter passes nothing there.
+    highest: x / 2 of `lost_amplitude` above which the compensation is constant, since the filter passes nothing there.
     """
     size = 8 << len(taps).bit_length()
     half = np.maximum(np.minimum(math.pi * np.arange(size // 2 + 1) / size, highest), 1e-9)
-    gain = np.sin(half) ** 2 / (half**2 * np.cos(half))
-    return np.asarray(np.fft.irfft(np.fft.rfft(taps, size) * gain, size)[: len(taps)])
+    return np.asarray(np.fft.irfft(np.fft.rfft(taps, size) / lost_amplitude(half), size)[: len(taps)])
 
 
 def _difference(order: int) -> Array:

@@ -114,7 +114,7 @@ class FrozenMapping(Mapping[str, Any]):
 
 
 class Effects(Rule):
-    """An object of effects by name, each null, "auto" or an object of settings; or "auto" for all that add no channel."""
+    """An object of effects by name, each null, "auto" or an object of settings, or "auto" for all without channels."""
 
     allowed = '"auto", or an object of effects by name, each null, "auto" or an object of settings'
 

@@ -1,35 +1,39 @@
-"""The periodic state of a steady scan: the state that recurs after a texture period. Its simulation begins there.
+"""The periodic motion of a steady scan: the state that recurs after a texture period, and the series of that period.
 
-Model   One texture period maps a state x to P(x). The periodic state is the fixed point of P. Each round of the search
-        runs one period from a mix of the last states, sum of a_i P(x_i) with sum of a_i = 1, for which |sum of a_i
-        (P(x_i) - x_i)| is least (Anderson mixing).
+Model   A motion that repeats is one period, whose rows are Fourier series over the place: a constant scan reads them as
+        it reads the series of a contact without effects. So an effect changes nothing but its cause: every harmonic
+        below the band passes whole, and none above it. The steps of a mass lose some amplitude, which the series make
+        up for.
+        The state: one texture period maps a state x to P(x). The periodic state is the fixed point of P. Each round of
+        the search runs one period from a mix of the last states, sum of a_i P(x_i) with sum of a_i = 1, for which |sum
+        of a_i (P(x_i) - x_i)| is least (Anderson mixing).
         A start that is forgotten within a period settles in two rounds, a mass that rings for minutes in ten. Skin
         whose time constants are hundreds of periods takes some forty. For such skin the search begins from the settled
         state of the same skin with its time constants cut to CUT periods, run in coarse steps. The position of a
         dashpot then hardly changes within a period, and its mean is close to that of any longer time constant.
-        A motion repeats if a second motion that begins near it stays near it for WATCHED periods.
+        A motion repeats if a second motion that begins near it stays near it for WATCHED periods. One that does not, or
+        in which adhesion lets go and takes hold again, has no series and is run step by step.
 Source  Shooting: Nayfeh & Balachandran (1995), Applied Nonlinear Dynamics, chapter 6. Mixing: Anderson (1965), J. ACM
         12, as in Walker & Ni (2011), SIAM J. Numer. Anal. 49. The cut is derived here.
 Limits  A motion that does not repeat with the texture (chaotic bouncing, or a repeat every second period) begins after
-        SETTLED seconds from rest, and `repeats` is False. The period is a whole number of steps here, so it differs by
-        up to half a step from a period of a run. The search ends after MOST_ROUNDS; `PeriodicState.later` measures the
-        remaining error.
+        SETTLED seconds from rest, and `repeats` is False. The period is a whole number of steps. The search ends after
+        MOST_ROUNDS; `SteadyMotion.later` measures the remaining error.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.effects.simulation.steps import HEIGHT, ROWS, Phases, Stepper
+from synth.effects.simulation.steps import ATTACHED, HEIGHT, ROWS, Phases, Stepper
+from synth.response.demand import Complex, harmonics_of
 from synth.response.phases import turns_to_phase
+from synth.sampling.decimation import lost_amplitude
 
-PLACES = 16  # phases of a period at which the state is kept; a voice continues from the nearest one behind it
 FEWEST_STEPS = 8  # per period
 LONGEST = 1 << 21  # most steps per period: 20 s at 96,000 per second
 MOST_ROUNDS, MIXED = 40, 8  # most rounds, and most mixed states; with fewer states long time constants take far longer
@@ -55,49 +59,88 @@ LATER = 0.05  # s, rounded up to whole periods, after which a motion is compared
 
 
 @dataclass(frozen=True, slots=True)
-class PeriodicState:
-    """The states of one steady motion, at some phases of a period.
+class Waves:
+    """One period of a steady motion.
 
-    places: pairs of a phase (64-bit fraction of a turn) and the state there.
-    turns: texture periods per second, signed.
-    load: N.
-    repeats: whether the motion repeats with the texture.
+    harmonics: of each row of a run over the place, as in `Spectrum` [ROWS, highest + 1].
     """
 
-    places: tuple[tuple[int, Any], ...]
+    harmonics: Complex
+
+    @property
+    def attached(self) -> bool:
+        """Whether the finger touches, or is held, all the time; otherwise it never is."""
+        return bool(self.harmonics[ATTACHED, 0].real > 0.5)
+
+    @classmethod
+    def of(cls, stepper: Stepper, period: Period, rows: Array, highest: int, *, of_mass: bool) -> Waves | None:
+        """Return the waves of the `rows` of a period [ROWS, steps], None if the finger is held for a part of it only.
+
+        highest: number of harmonics that are kept.
+        of_mass: make up for the amplitude that the steps of a mass lose (`decimation.lost_amplitude`).
+        """
+        if np.ptp(rows[ATTACHED]) > 0.0:
+            return None
+        forward, number = period.turns > 0.0, np.arange(highest + 1)
+        # row i belongs to the phase (i + 1) / steps in the direction of the motion, or a part of a step before it
+        before = np.where(np.arange(ROWS) == HEIGHT, 1.0, 1.0 - stepper.late(period.step))
+        turns = np.exp(-2j * math.pi * before[:, np.newaxis] * number / len(period.phases))
+        found = np.array([harmonics_of(row, highest) for row in rows]) * turns
+        if of_mass:
+            found[:, 1:] *= 1.0 / lost_amplitude(math.pi * np.minimum(number[1:] / len(period.phases), 0.4))
+        return cls(found if forward else np.conj(found))
+
+
+@dataclass(frozen=True, slots=True)
+class SteadyMotion:
+    """A steady motion.
+
+    state: at phase 0.
+    turns, load: as of `Period`.
+    steps: number of steps of a period in the search.
+    repeats: whether the motion repeats with the texture.
+    waves: of a motion that repeats, as `Waves.of` has them.
+    """
+
+    state: Any
     turns: float
     load: float
-    repeats: bool = True
+    steps: int
+    repeats: bool
+    waves: Waves | None
 
     def at(self, stepper: Stepper, phase: int, step: float) -> Any:
         """Return the state at `phase`, ready to continue in steps of `step` (s)."""
         sign = 1 if self.turns > 0.0 else -1
-        ahead, state, begin = min(
-            ((sign * (phase - place) % 2**64, state, place) for place, state in self.places), key=lambda one: one[0]
-        )
+        ahead = sign * phase % 2**64
         seconds = math.ldexp(float(ahead), -64) / abs(self.turns)
-        count = math.ceil(seconds / step - 1e-6)
+        count, state = math.ceil(seconds / step - 1e-6), self.state
         if count:
             state = state.resumed(seconds / count)
-            moves = [begin + sign * (ahead * (i + 1) // count) for i in range(count)]
+            moves = [sign * (ahead * (i + 1) // count) for i in range(count)]
             phases = np.array([one % 2**64 for one in moves], dtype=np.uint64)
             stepper.run(state, phases, np.full(count, self.load), np.empty((ROWS, count)))
         return state.resumed(step)
 
-    def later(self, stepper: Stepper, steps: int) -> tuple[list[PeriodicState], float]:
-        """Return later states of the same motion, run in `steps` steps per period, and a factor.
+    def later(self, stepper: Stepper, highest: int, *, of_mass: bool) -> tuple[list[SteadyMotion], float]:
+        """Return later periods of the same motion, and a factor.
 
-        Their difference from this state, times the factor, is the error that has not settled.
+        Their difference from this motion, times the factor, is the error that has not settled.
+
+        highest, of_mass: as of `Waves.of`.
         """
-        period, gone, found = Period.of(self.turns, self.load, steps), 0, []
+        period, gone, found = Period.of(self.turns, self.load, self.steps), 0, []
         counts = [math.ceil(LATER / period.seconds)]
         if not self.repeats:
             most = max(WATCHED, math.ceil(SETTLED / period.seconds))
             counts = np.geomspace(1, most, DIFFERENT).astype(int).tolist()
-        state = self.places[0][1]
+        state = self.state
         for count in counts:
             state, gone = period.on(stepper, state, count - gone), count
-            found.append(replace(self, places=((0, state),)))
+            waves = None
+            if self.waves is not None:
+                waves = Waves.of(stepper, period, period.recorded(stepper, state)[0], highest, of_mass=of_mass)
+            found.append(replace(self, state=state, waves=waves))
         if not self.repeats:
             return found, UNLIKE
         forgets = -math.expm1(-counts[0] * period.seconds / stepper.memory) if stepper.memory > 0.0 else 1.0
@@ -141,48 +184,42 @@ class Period:
             stepper.run(state, self.phases, self.loads, rows)
         return state
 
-    def recorded(self, stepper: Stepper, state: Any) -> tuple[PeriodicState, Any, float]:
-        """Run a period from `state`. Return its states, the state at its end, and the peak-to-peak of z (m)."""
-        places, count = [], len(self.phases)
-        state, rows = state.resumed(self.step), np.empty((ROWS, count))
-        ends, extremes = np.linspace(0, count, min(PLACES, count) + 1).astype(int).tolist(), []
-        for begin, end in pairwise(ends):
-            places.append((int(self.phases[begin - 1]), state.resumed(self.step)))
-            part = rows[:, : end - begin].copy()
-            stepper.run(state, self.phases[begin:end], self.loads[begin:end], part)
-            extremes += [part[HEIGHT].min(), part[HEIGHT].max()]
-        return PeriodicState(tuple(places), self.turns, self.load), state, float(np.ptp(extremes))
+    def recorded(self, stepper: Stepper, state: Any) -> tuple[Array, Any]:
+        """Run a period from `state`. Return its rows [ROWS, steps], and the state at its end."""
+        state, rows = state.resumed(self.step), np.zeros((ROWS, len(self.phases)))
+        stepper.run(state, self.phases, self.loads, rows)
+        return rows, state
 
 
 def steady_of(
     stepper: Stepper,
-    turns: float,
-    load: float,
-    steps: int,
+    period: Period,
     crossings: float,
     tolerance: float,
-    near: PeriodicState | None,
-) -> PeriodicState:
+    near: SteadyMotion | None,
+    highest: int,
+    *,
+    of_mass: bool,
+) -> SteadyMotion:
     """Return the steady motion of a scan.
 
-    turns: texture periods per second, signed.
-    load: N.
-    steps: steps per period.
     crossings: ridges passed per period.
     tolerance: of z, relative to its peak-to-peak.
     near: the motion of the same contact at other points or in other steps, if known.
+    highest, of_mass: as of `Waves.of`.
     """
-    period = Period.of(turns, load, steps)
-    begin = None if near is None else stepper.taken_over(near.places[0][1])
+    begin = None if near is None else stepper.taken_over(near.state)
     begin = _begun(stepper, period, crossings) if begin is None else begin
-    steady = _returning(stepper, begin, period, tolerance)
-    if steady is None:
-        rested = stepper.start(0, load, turns, period.step)
+    found = _returning(stepper, begin, period, tolerance)
+    if found is None:
+        rested = stepper.start(0, period.load, period.turns, period.step)
         begin = period.on(stepper, rested, math.ceil(SETTLED / period.seconds))
-        steady = _returning(stepper, begin, period, tolerance)
-    if steady is None:
-        steady = replace(period.recorded(stepper, begin)[0], repeats=False)
-    return steady
+        found = _returning(stepper, begin, period, tolerance)
+    if found is None:
+        return SteadyMotion(begin, period.turns, period.load, len(period.phases), False, None)
+    state, rows = found
+    waves = Waves.of(stepper, period, rows, highest, of_mass=of_mass)
+    return SteadyMotion(state, period.turns, period.load, len(period.phases), True, waves)
 
 
 def _begun(stepper: Stepper, period: Period, crossings: float) -> Any:
@@ -195,15 +232,20 @@ def _begun(stepper: Stepper, period: Period, crossings: float) -> Any:
     return coarse.on(short, begin, math.ceil(FORGOTTEN * short.memory / period.seconds))
 
 
-def _returning(stepper: Stepper, state: Any, period: Period, tolerance: float) -> PeriodicState | None:
-    """Search from `state` for the motion that recurs after a period. Return None if there is none."""
+def _returning(stepper: Stepper, state: Any, period: Period, tolerance: float) -> tuple[Any, Array] | None:
+    """Search from `state` for the motion that recurs after a period. Return its state at phase 0 and its rows.
+
+    Return None if there is none.
+    """
     enough = CLOSE * tolerance
     if stepper.memory > 0.0:
         enough = CREEPING * tolerance * -math.expm1(-period.seconds / stepper.memory)
     ends: list[Any] = []
     moves: list[Array] = []
     for number in range(MOST_ROUNDS):
-        steady, end, extent = period.recorded(stepper, state)
+        begin = state
+        rows, end = period.recorded(stepper, begin)
+        extent = float(np.ptp(rows[HEIGHT]))
         move = stepper.apart(state, end, period.seconds)
         size = float(np.max(np.abs(move)))
         settled = size <= enough * extent + STILL
@@ -217,7 +259,7 @@ def _returning(stepper: Stepper, state: Any, period: Period, tolerance: float) -
             state = end
     if stepper.mass > 0.0 and (not settled or _goes_astray(stepper, state, end, period, extent)):
         return None
-    return steady
+    return begin, rows
 
 
 def _goes_astray(stepper: Stepper, other: Any, state: Any, period: Period, extent: float) -> bool:

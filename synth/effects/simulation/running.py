@@ -2,9 +2,10 @@
 
 Model   Every frame is `steps` steps long. The stepper writes rows. These become signals at the rate of the steps, faded
         by the lift gate. The decimator makes band-limited frames and time derivatives of the signals.
-        The motion of a scan is known beforehand, so the steps run ahead of the frames. A constant scan begins in its
-        periodic state (`periodic`). A stroke begins at rest, where it turns at t = 0. A recording begins where the
-        finger comes down: it follows the elastic contact, with skin that was never pressed.
+        A constant scan whose motion repeats is read from the series of its period (`periodic`), without steps.
+        The motion of another scan is known beforehand, so the steps run ahead of the frames. A constant scan that does
+        not repeat begins in the state that `periodic` has found. A stroke begins at rest, where it turns at t = 0. A
+        recording begins where the finger comes down: it follows the elastic contact, with skin that was never pressed.
         The motion of a hand is not known beforehand. It begins following the elastic contact, and its frames are late
         by the filter's margin. Between two frames it moves along the cubic through its places and speeds.
 Source  design, sections 4 (gate, derivatives) and 8 (blocks of any size give the same samples).
@@ -23,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.effects.simulation.periodic import PeriodicState
+from synth.effects.simulation.periodic import SteadyMotion, Waves
 from synth.effects.simulation.steps import (
     ACROSS_FORCE,
     ATTACHED,
@@ -38,8 +39,10 @@ from synth.effects.simulation.steps import (
 from synth.kernels import signed_kernel
 from synth.motion.motion import LOAD, LOAD_RATE, NO_PATH, SPEED, Motion
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
+from synth.response.demand import Complex
 from synth.response.lift_gate import gate
 from synth.response.phases import phase_step, phases_of, turns_to_phase
+from synth.response.series_curve import SeriesCurve
 from synth.sampling.decimation import Decimator
 from synth.scene.scene import Scene
 
@@ -71,10 +74,10 @@ class Simulation:
     reference: z (m) about which displacement is measured, as a function of the cube root of the load (N).
     offset: mean of the simulated z above `reference` at the scan's load (m).
     held: whether an effect may hold the finger where the load does not.
-    settling: time (s) simulated before the first frame of a scan that begins neither at its start nor in its periodic
-        state.
+    settling: time (s) simulated before the first frame of a scan that begins neither at its start nor in a steady
+        motion.
     whole: as of `ScanMotion`.
-    steady: the periodic state of a constant scan, if known.
+    steady: the steady motion of a constant scan, if known.
     """
 
     stepper: Stepper
@@ -86,17 +89,21 @@ class Simulation:
     held: bool
     settling: float
     whole: bool = False
-    steady: PeriodicState | None = None
+    steady: SteadyMotion | None = None
 
     @property
     def rate(self) -> int:
         """Steps per second."""
         return self.scene.output.sample_rate * self.steps
 
+    def rest(self, loads: Any) -> Any:
+        """Return z (m) about which displacement is measured, at a load or at each of `loads` (N)."""
+        return self.reference(np.cbrt(loads)) + self.offset
+
     def signal(self, kind: int, rows: Array, loads: Array) -> Array:
         """Return a signal from the rows of some steps, before the lift gate."""
         if kind == RESPONSE:
-            return np.asarray(rows[HEIGHT] - self.reference(np.cbrt(loads)) - self.offset)
+            return np.asarray(rows[HEIGHT] - self.rest(loads))
         return np.asarray(rows[ROW_OF[kind]])
 
 
@@ -120,6 +127,7 @@ class Running:
         self._frame = self._next = -1
         self._before: tuple[int, float, float, float] | None = None
         self._line = simulation.stepper.line
+        self._series: list[SeriesCurve] = []
         self._aside = NO_PATH if self._line is None else np.array(self._line)[:, np.newaxis]
 
     @property
@@ -131,7 +139,9 @@ class Running:
 
     def along(self, first: int, frames: int) -> Array:
         """Return float64 [signals, frames] from frame `first` on. Continuing the last call repeats no steps."""
-        steps, margin = self.simulation.steps, self.margin
+        steps, margin, steady = self.simulation.steps, self.margin, self.simulation.steady
+        if self._constant and steady is not None and steady.waves is not None:
+            return self._read(steady.waves, first, frames)
         if first != self._frame or self._state is None:
             self._begin(first)
         end = (first + frames + margin - 1) * steps + 1
@@ -139,6 +149,27 @@ class Running:
         self._next = end
         self._frame = first + frames
         return self._filtered(values, frames)
+
+    def _read(self, waves: Waves, first: int, frames: int) -> Array:
+        """Return the frames of a constant scan from the series of its period."""
+        scene = self.simulation.scene
+        if not self._series:
+            self._series = [SeriesCurve(self._harmonics(waves, signal)) for signal in self.signals]
+        step = phase_step(scene.scan.speed, scene.texture.period, scene.output.sample_rate)
+        places = np.ldexp(_phases(self._phase + step * first, step, frames).astype(float), -64)
+        return np.array([one.heights(places, places) for one in self._series])
+
+    def _harmonics(self, waves: Waves, signal: Signal) -> Complex:
+        """Return the series of a signal, under the gate."""
+        scan, period = self.simulation.scene.scan, self.simulation.scene.texture.period
+        row = HEIGHT if signal.kind == RESPONSE else ROW_OF[signal.kind]
+        turns = np.arange(waves.harmonics.shape[1]) * scan.speed / period
+        found: Complex = waves.harmonics[row] * (2j * math.pi * turns) ** signal.order
+        if signal.kind == RESPONSE and signal.order == 0:
+            found[0] -= self.simulation.rest(max(scan.load, 0.0))
+        if self.simulation.held:
+            return np.asarray(found * (waves.attached and abs(scan.load) >= TOUCH_LOAD))
+        return np.asarray(found * gate(scan.load, scan.lift_load))
 
     def _begin(self, first: int) -> None:
         """Start where the motion begins, or `settling` before frame `first`, and run up to the steps to be filtered."""
@@ -198,9 +229,7 @@ class Running:
             at = np.maximum(np.arange(count) - early, 0)
             return phases[at], motion.samples[LOAD, at], path[:, at] if path.size else path
         step = phase_step(scene.scan.speed, scene.texture.period, self.simulation.rate)
-        phase = np.uint64((self._phase + step * first) % 2**64)
-        with np.errstate(over="ignore"):
-            phases = phase + np.uint64(step) * np.arange(count, dtype=np.uint64)
+        phases = _phases(self._phase + step * first, step, count)
         return phases, np.full(count, scene.scan.load), np.repeat(self._aside, count, axis=1)
 
     def _path_of(self, motion: Motion) -> Array:
@@ -270,6 +299,11 @@ class Running:
             out[row] = filters.read(near, taps, frames)
         self._kept = values[:, frames * steps :].copy()
         return out
+
+
+def _phases(first: int, step: int, count: int) -> Phases:
+    """Return `count` phases from `first` on, `step` apart; both in 64-bit fractions of a turn."""
+    return np.uint64(first % 2**64) + np.uint64(step) * np.arange(count, dtype=np.uint64)
 
 
 def _last_of(phases: Phases, samples: Array) -> tuple[int, float, float, float]:

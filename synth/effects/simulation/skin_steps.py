@@ -165,6 +165,10 @@ class SkinStepper(Stepper):
         """See `Stepper`."""
         return self.law.slowest
 
+    def late(self, step: float) -> float:
+        """See `Stepper`."""
+        return 1.0 - self.law.coefficients(step)[2]
+
     def forgetting(self, longest: float) -> SkinStepper:
         """See `Stepper`."""
         return replace(self, law=replace(self.law, times=tuple(min(time, longest) for time in self.law.times)))

@@ -137,6 +137,10 @@ class Stepper(ABC):
             finger on its line.
         """
 
+    def late(self, step: float) -> float:
+        """Return the time between the forces of a step of `step` (s) and its end, as a part of the step."""
+        return 0.0
+
     @property
     @abstractmethod
     def where(self) -> str:
