@@ -26,6 +26,7 @@ PATTERNS = ("loop", "whorl", "straight")
 CORE = 8e-3  # m: from the core of a loop to the middle of the fingertip
 CORRELATION = 1.5e-3  # m: wavelength of the random fields; the spacing therefore varies over a few ridges
 WAVES = 24  # plane waves of a field; with many fewer the field repeats visibly
+TOGETHER = 1 << 16  # heights that are computed together: their arrays stay in the cache
 ALONG, ACROSS = 1.0 / 6.0, 1.0 / 3.0  # factors of wave numbers; with them, spacing varies slowly along a ridge
 
 
@@ -55,20 +56,36 @@ class RidgeField:
 
         direction: angle (rad, counter-clockwise) by which the fingertip is turned about its middle.
         """
-        across, along = turned_back(x, y, direction)
-        if self.pattern == "straight":
-            distance = across.copy()
-        else:
-            core = CORE if self.pattern == "loop" else 0.0
-            distance = np.hypot(across + core, along) - core
         chance, number = np.random.default_rng(self.seed), 2.0 * math.pi / CORRELATION
         spacing = Waves.drawn(chance, number, number * ACROSS).of_gradient(self.spacing_spread, 0)
         sideways = Waves.drawn(chance, number * ALONG, number * ACROSS).of_gradient(self.direction_spread, 1)
         height = Waves.drawn(chance, number, number)
-        spacing, sideways, height = (one.turned(direction) for one in (spacing, sideways, height))
-        distance += spacing.over(x, y) + sideways.over(x, y)
-        swell = np.maximum(1.0 + self.height_spread * height.over(x, y), 0.0)
-        return np.asarray(-self.amplitude * swell * np.cos(2.0 * math.pi / self.period * distance))
+        moved = factors_of([one.turned(direction) for one in (spacing, sideways)], x, y)
+        swelling = factors_of([height.turned(direction)], x, y)
+        found, together = np.empty((len(x), len(y))), max(1, TOGETHER // max(len(y), 1))
+        for first in range(0, len(x), together):
+            some = slice(first, first + together)
+            distance = self._distance(x[some], y, direction)
+            distance += moved[0][some] @ moved[1]
+            distance *= 2.0 * math.pi / self.period
+            swell = swelling[0][some] @ swelling[1]
+            swell *= self.height_spread
+            swell += 1.0
+            np.maximum(swell, 0.0, out=swell)
+            swell *= -self.amplitude
+            np.multiply(swell, np.cos(distance, out=distance), out=found[some])
+        return found
+
+    def _distance(self, x: Array, y: Array, direction: float) -> Array:
+        """Return the distance (m) of every pair of `x` and `y` from the core, less that of the middle."""
+        across, along = turned_back(x, y, direction)
+        if self.pattern == "straight":
+            return np.broadcast_to(across, (len(x), len(y))).copy()
+        core = CORE if self.pattern == "loop" else 0.0
+        distance = np.square(across + core) + np.square(along)
+        np.sqrt(distance, out=distance)
+        distance -= core
+        return np.asarray(distance)
 
 
 def turned_back(x: Array, y: Array, direction: float) -> tuple[Array, Array]:
@@ -112,7 +129,15 @@ class Waves:
         c, s = math.cos(direction), math.sin(direction)
         return Waves(c * self.x - s * self.y, s * self.x + c * self.y, self.phase, self.amplitude)
 
-    def over(self, x: Array, y: Array) -> Array:
-        """Return the field at every pair of `x` [columns] and `y` [rows] (m): [columns, rows]."""
-        first, second = x[:, np.newaxis] * self.x + self.phase, y[:, np.newaxis] * self.y
-        return np.asarray(self.amplitude * (np.cos(first) @ np.cos(second).T - np.sin(first) @ np.sin(second).T))
+
+def factors_of(fields: list[Waves], x: Array, y: Array) -> tuple[Array, Array]:
+    """Return two factors whose product is the sum of `fields` at every pair of `x` and `y` (m).
+
+    The first is [len(x), 2 waves], the second [2 waves, len(y)].
+    """
+    along, across = [], []
+    for one in fields:
+        first, second = x[:, np.newaxis] * one.x + one.phase, one.y[:, np.newaxis] * y
+        along += [one.amplitude * np.cos(first), -one.amplitude * np.sin(first)]
+        across += [np.cos(second), np.sin(second)]
+    return np.concatenate(along, axis=1), np.concatenate(across)
