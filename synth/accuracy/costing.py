@@ -29,7 +29,8 @@ import numpy as np
 from synth.contact.groups import Groups
 from synth.perception.threshold import threshold_displacement
 from synth.plan.plan import Cost, Plan, plan_of
-from synth.plan.preparation import Preparation, prepare
+from synth.plan.preparation import Preparation
+from synth.plan.prepare import prepare
 from synth.plan.process_start import compile_seconds, kernel_seconds, process_seconds
 from synth.response_cache import ResponseCache
 from synth.scene.scene import Scene, SceneLike, scene_from
@@ -150,11 +151,15 @@ def _contact_summary(solved: Preparation) -> dict[str, Any]:
     summary["contact_fraction"] = min(1.0, length / whole)
     groups = Groups.of_contact(contact.geometry, contact.stiffness, load)
     summary["groups"] = None if groups is None else asdict(groups)
-    if solved.spectrum is not None and not solved.simulated and solved.turns:
-        series = {channel.quantity: solved.steady.series(channel.order)[1:] for channel in solved.channels}
-        summary["rms"] = {name: math.sqrt(2.0 * float(np.sum(np.abs(one) ** 2))) for name, one in series.items()}
-        lines = 2.0 * np.abs(solved.steady.series(0)[1:])
-        felt = threshold_displacement(abs(solved.turns) * np.arange(1, len(lines) + 1), solved.scene.accuracy.threshold)
-        strongest = float(np.max(lines / felt, initial=0.0))
+    if solved.spectrum is not None and solved.turns:
+        lines = [2.0 * np.abs(solved.series(order)[1:]) for order in range(3)]
+        summary["rms"] = {
+            one.quantity: math.hypot(one.level, math.sqrt(0.5 * float(np.sum(lines[one.order] ** 2))))
+            for one in solved.channels
+        }
+        felt = threshold_displacement(
+            abs(solved.turns) * np.arange(1, len(lines[0]) + 1), solved.scene.accuracy.threshold
+        )
+        strongest = float(np.max(lines[0] / felt, initial=0.0))
         summary["sensation_level_db"] = 20.0 * math.log10(strongest) if strongest > 0.0 else None
     return summary

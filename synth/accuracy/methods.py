@@ -29,7 +29,8 @@ from synth.arrays import Array, Block
 from synth.contact.load_balance import Contact
 from synth.contact.profile_solver import SegmentGrid
 from synth.motion.motion import LOAD, SPEED, Motion
-from synth.plan.preparation import Preparation, prepare
+from synth.plan.preparation import Preparation
+from synth.plan.prepare import prepare
 from synth.plan.scene_table import bounds_for, table_of_scene
 from synth.plan.stretch import stretch_of
 from synth.response.demand import Complex, Demand, curves, harmonics_of

@@ -24,7 +24,8 @@ from synth.accuracy.motion import is_steady
 from synth.accuracy.moving import live_subject, moving_subject
 from synth.accuracy.steady import steady_subject
 from synth.errors import Fault, InvalidRequest, shown
-from synth.plan.preparation import Preparation, prepare
+from synth.plan.preparation import Preparation
+from synth.plan.prepare import prepare
 from synth.plan.process_start import compile_seconds, kernel_seconds, process_seconds
 from synth.plan.usual_hand import prepare_hand
 from synth.response_cache import ResponseCache

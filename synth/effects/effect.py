@@ -1,6 +1,6 @@
 """The interface of effects: the four ways in which a physical cause enters a render.
 
-Stage   2 and 3. `effect_choice` reads reasons and estimates, `preparation` solves, and only `voice` steps.
+Stage   2 and 3. `effect_choice` reads reasons and estimates, `prepare` solves, and only `voice` steps.
 Model   The whole model is one balance, m z'' + c z' = sum of the pressure over the contact - w, and the outputs read
         from it. An effect is of one of four kinds, which run in this order:
         MOTION    moves the skin in place of the hand (`motion.moved_skin`). Everything after it reads that motion. It

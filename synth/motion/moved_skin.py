@@ -115,16 +115,9 @@ class SkinAlongScan:
 
     def fastest(self, seconds: float) -> float:
         """Return the largest speed (m/s) of the skin from its beginning to `seconds` after t = 0."""
-        return self._largest(SLIP, seconds)
-
-    def strongest(self, seconds: float) -> float:
-        """Return the largest force (N) on the skin, as `fastest` does."""
-        return self._largest(FORCE, seconds)
-
-    def _largest(self, row: int, seconds: float) -> float:
         last = math.ceil(min(seconds, LONGEST_LOOK) * self._rate) - self._first
         return max(
-            float(np.max(np.hypot.reduce(self._chunk(number)[:, row], axis=0))) for number in range(last // CHUNK + 1)
+            float(np.max(np.hypot.reduce(self._chunk(number)[:, SLIP], axis=0))) for number in range(last // CHUNK + 1)
         )
 
     def at(self, hand: Motion, moments: Any) -> Motion:

@@ -102,15 +102,11 @@ class ScanMotion:
         fastest = abs(self.scan.speed) if self._recorded is None else self._recorded.fastest()
         if self._skin is None:
             return fastest
-        return max(fastest, self._skin.fastest(self._looked))
-
-    def strongest(self, seconds: float) -> float:
-        """Return the largest force (N) that moves the skin up to `seconds` after t = 0; 0 if it moves with the hand."""
-        return 0.0 if self._skin is None else self._skin.strongest(min(seconds, self._looked))
+        return max(fastest, self._skin.fastest(self.looked))
 
     @property
-    def _looked(self) -> float:
-        """Time of the scan that is looked at, s."""
+    def looked(self) -> float:
+        """Time of the scan that is looked at for its extremes, s."""
         lasting = LOOKED if self.scan.stroke is None else self.scan.stroke.period
         return lasting if self._recorded is None else self.duration
 

@@ -1,6 +1,6 @@
 """The channels of a scene: full scale, reader and error of each quantity at the scan's own speed and load.
 
-Stage   2, the part of `preparation` that converts a series of z to the quantities of the output.
+Stage   2, the part of `prepare` that converts a series of z to the quantities of the output.
 Model   quantity = sum over n of (2 pi i n u / lambda2)^k Z_n exp(2 pi i n theta), multiplied by the lift gate. An
         automatic full scale makes the peak 0.8. The peak is that of the steady scan, or the largest along a motion
         (`motion_peak`). The error is the sum of the measured error of the series and the rounding to float32. The
@@ -141,6 +141,15 @@ class SteadyScan(Request):
         return {0: max(moved, extent_and_peak(self.series(0))[1]), WITH_MEAN: largest}
 
     @property
+    def _swing(self) -> float:
+        """Peak of the displacement over a period (m); of a file that renders less, its peak-to-peak there."""
+        series, turns = self.series(0), abs(self.turns) * self.scene.output.duration
+        if self.moving or self.live or turns == 0.0 or turns >= 1.0:
+            return extent_and_peak(series)[1]
+        places = math.copysign(1.0, self.turns) * np.linspace(0.0, turns, points_for(len(series) - 1))
+        return float(np.ptp(SeriesCurve(series).heights(places, places)))
+
+    @property
     def _cancelled(self) -> bool:
         """Whether the ridges of a comb may cancel the lines of the texture: it spans a period, and moves."""
         scene, whole = self.scene, self.stretch is None and not self.spectrum.closed
@@ -171,7 +180,7 @@ class SteadyScan(Request):
         """Return why an automatic full scale leaves this motion silent, or "". `peaks` are those of `planned`."""
         if self.moving and not self.by_hand and all(peaks.get(order, 1.0) == 0.0 for order in self.orders):
             return beyond_band(self) or RESTS
-        swing = peaks.get(0, extent_and_peak(self.series(0))[1])
+        swing = peaks.get(0, self._swing)
         if swing >= SMALLEST_MOTION or all(channel.full_scale for channel in self.scene.output.channel_list):
             return ""
         if self._cancelled and swing < CANCELLED * self.scene.texture.amplitude:

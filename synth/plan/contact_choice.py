@@ -1,6 +1,6 @@
 """Choose the size of the cells, or of the columns, in which the contact of a scene is solved.
 
-Stage   2 (PLAN), used by `preparation`.
+Stage   2 (PLAN), used by `prepare`.
 Model   A file takes what its tolerance requires: over an area where it leaves its line, its load varies or effects
         simulate it, `path_frames` has halved the cells; otherwise the series halves them itself. A voice with deadlines
         takes what it can solve in time (`direct_plan.affordable`), and its error is told.

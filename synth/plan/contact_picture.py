@@ -37,7 +37,7 @@ from synth.contact.scene_contact import contact_of
 from synth.effects.effect import Kind, ShapeEffect
 from synth.errors import Fault, InvalidRequest
 from synth.plan.effect_choice import asked, effect_called
-from synth.plan.preparation import prepare
+from synth.plan.prepare import prepare
 from synth.response_cache import ResponseCache
 from synth.scene.effects_section import FrozenMapping
 from synth.scene.scene import Scene

@@ -1,6 +1,6 @@
 """Choose the effects that are simulated: those with settings, and those set to "auto" that change the output enough.
 
-Stage   2, used by `preparation`.
+Stage   2, used by `prepare`.
 Model   For "auto", the output of the scene is computed with and without the effect, at the scene's own speed and load.
         The change is the largest difference, relative to the peak-to-peak without the effect. The effect is simulated
         if the change is more than PUT_IN of the tolerance. Effects are judged in the order in which they run, each
@@ -41,7 +41,7 @@ class SimulationCase(Request):
 
     contact: the contact, in the shape that the effects give it.
     tolerance: the tolerance as a number.
-    mean: of z over a period (m), as `preparation` has it.
+    mean: of z over a period (m), as `Preparation` has it.
     """
 
     contact: Contact

@@ -1,6 +1,6 @@
 """Prepare the effects of a scene: they become another contact, a simulation, or stages of the output.
 
-Stage   2, the part of `preparation` that only scenes with effects need. `effect_choice` chooses the effects.
+Stage   2, the part of `prepare` that only scenes with effects need. `effect_choice` chooses the effects.
 Model   See `effect`. Effects on the balance that are set to "auto" are judged one after another, each with a pilot that
         has the effect and one that does not.
 """
@@ -11,14 +11,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from synth.contact.load_balance import Contact
 from synth.effects.effect import AddedChannel, BalanceEffect, Effect, Kind, OutputStage, ShapeEffect
 from synth.effects.simulation.terms import Terms
 from synth.errors import SceneError
 from synth.motion.motion import LARGEST_LOAD
-from synth.plan.channels import NEARLY, PEAK, STILL, ChannelPlan
+from synth.plan.channels import NEARLY, PEAK, STILL, ChannelPlan, extent_and_peak
 from synth.plan.effect_choice import (
     LeftOut,
     SimulatedEffect,
@@ -36,7 +34,10 @@ from synth.plan.effect_choice import (
     unfit,
     unresolved,
 )
+from synth.plan.motion_peak import steady_peak
+from synth.plan.request import Request
 from synth.response.demand import Demand, curves, points_for
+from synth.response.series_curve import SeriesCurve
 from synth.response.spectrum import solve_spectrum
 from synth.response.table_making import HEAVIEST
 from synth.scene.scene import Scene
@@ -192,22 +193,28 @@ def left_out(scene: Scene, silence: str, *, by_hand: bool) -> PreparedEffects:
     return PreparedEffects(tuple(called), tuple(spared), silent=tuple(silent))
 
 
-def simulated_channel(base: ChannelPlan, full_scale: float | None, plan: SimulationPlan, *, along: bool) -> ChannelPlan:
+def simulated_channel(
+    base: ChannelPlan, full_scale: float | None, plan: SimulationPlan, request: Request, *, along: bool
+) -> ChannelPlan:
     """Return the plan of a channel of a simulated scene.
 
     base: plan of the channel with the response only.
     full_scale: full scale in the scene, SI, or None.
     along: whether the full scale of `base` is that of the scan's own motion.
     """
-    place = plan.orders.index(base.order)
-    peak, extent = plan.peaks[place], plan.extents[place]
-    if base.is_approach:
-        load = max(plan.nominal.scene.scan.load, 0.0)
-        peak += abs(float(plan.simulation.reference(np.cbrt([load]))[0]) + plan.simulation.offset)
+    place, scene, reader = plan.orders.index(base.order), request.scene, None
+    peak, extent, level = plan.peaks[place], plan.extents[place], plan.level if base.is_approach else 0.0
+    series = None if request.moving else plan.series(base.order)
+    if series is not None:
+        reader = SeriesCurve(series)
+        extent, peak = extent_and_peak(series)
+    peak += abs(level)
+    if reader is not None and not request.live:
+        peak = steady_peak(reader, level, scene)
     scale = full_scale or (peak / PEAK if peak > STILL else 1.0)
     if full_scale is None and along and base.is_approach:
         scale = base.full_scale
-    return ChannelPlan(base.quantity, base.order, scale, plan.errors[place], extent, None, base.level)
+    return ChannelPlan(base.quantity, base.order, scale, plan.errors[place], extent, reader, level)
 
 
 def _simulated(case: SimulationCase) -> tuple[SimulationPlan | None, list[SimulatedEffect], list[LeftOut]]:

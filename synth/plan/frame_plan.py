@@ -1,6 +1,6 @@
 """Plan how the frames of a scan are solved: the number of steps, their error and their cost.
 
-Stage   2, used by `preparation`. `sampling.frame_solver` solves the frames.
+Stage   2, used by `prepare`. `sampling.frame_solver` solves the frames.
 Model   The folded error of n solutions per period is that of a steady series of n phases. At some loads of the scan,
         the series is solved to find how many phases the tolerance requires. The solutions per second are this number
         times the largest speed in periods per second. Where the load changes quickly there are more

@@ -1,6 +1,6 @@
 """Warnings about the level of a file: its automatic full scale may not be that of its own frames.
 
-Stage   2 (PLAN), used by `preparation`.
+Stage   2 (PLAN), used by `prepare`.
 """
 
 from __future__ import annotations
@@ -16,13 +16,15 @@ from synth.scene.scene import Scene
 OFF_LEVEL = 0.025  # of the peak, so that it is 0.78 to 0.82: a larger error is told as one of the level
 
 
-def level_of_effects(scene: Scene, effects: PreparedEffects) -> tuple[str, ...]:
-    """Return a warning if an automatic full scale of a file with effects is not that of its own frames."""
-    scan, simulated = scene.scan, effects.simulation is not None
-    short = simulated and scene.output.duration * abs(scan.speed) < scene.texture.period  # a part of what is simulated
-    if scan.stroke is None and scan.trajectory is None and scan.along_x and not scene.output.fade and not short:
+def level_of_effects(scene: Scene, effects: PreparedEffects, *, stepped: bool) -> tuple[str, ...]:
+    """Return a warning if an automatic full scale of a file with effects is not that of its own frames.
+
+    stepped: as of `Preparation`.
+    """
+    scan = scene.scan
+    if scan.stroke is None and scan.trajectory is None and scan.along_x and not scene.output.fade and not stepped:
         return ()
-    automatic: list[str] = [one.quantity for one in scene.output.channel_list if simulated and not one.full_scale]
+    automatic: list[str] = [one.quantity for one in scene.output.channel_list if stepped and not one.full_scale]
     given = [scale for effect, settings in outputs_of(scene) for scale in effect.scales(settings)]
     automatic += [one.quantity for one, scale in zip(effects.channels, given, strict=True) if not scale]
     if not automatic:

@@ -1,6 +1,6 @@
 """Find the largest value of each quantity along a scan's own motion. It determines an automatic full scale.
 
-Stage   2, used by `preparation` for strokes and recordings.
+Stage   2, used by `prepare` for strokes and recordings.
 Model   The response is solved along the motion (`frame_solver`) as the file is. If that would take longer than
         PATIENCE, there are fewer solutions, but at least OVERSAMPLING per frame of the lowest rate that contains the
         band, and the loudest parts are solved again as the file is, for PATIENCE at most. If OVERSAMPLING too takes

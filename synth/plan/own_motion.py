@@ -1,6 +1,6 @@
 """The peaks of each quantity along a scan's own motion, and the mean of z that displacement leaves out.
 
-Stage   2, used by `preparation`.
+Stage   2, used by `prepare`.
 Model   Pieces of a recording whose load varies are solved with twice the planned steps. The change when every second
         is left out is the folded error. While it exceeds its share of the tolerance, there are more steps. Over an area
         whose cells the ends of the contact pass, the change by cells twice as large is added.

@@ -1,6 +1,6 @@
 """The series of z that a scene needs: its harmonics, its tolerance, and the contact in the shape of its effects.
 
-Stage   2 (PLAN), used by `preparation`.
+Stage   2 (PLAN), used by `prepare`.
 Source  design, section 4.
 """
 

@@ -1,6 +1,6 @@
 """Find out why a scene is silent, before anything is solved.
 
-Stage   2 (PLAN), used by `preparation`. A finger that moves too little is found later (`channels`).
+Stage   2 (PLAN), used by `prepare`. A finger that moves too little is found later (`channels`).
 """
 
 from __future__ import annotations

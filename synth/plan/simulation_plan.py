@@ -1,6 +1,6 @@
 """Plan a step-by-step simulation: steps, points, errors, and the change by the effects, found with pilot runs.
 
-Stage   2, used by `preparation`. `simulation.running` runs the simulation, which replaces the response.
+Stage   2, used by `prepare`. `simulation.running` runs the simulation, which replaces the response.
 Model   Points: their distance is halved until their error, from the change of the pilot by the last halving, is within
         POINTS_SHARE of the tolerance. Over an area this takes four times as many.
         In a file, points also replace a table that is too coarse, such as that of a texture with a long period.
@@ -28,13 +28,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from synth.effects.simulation.running import RESPONSE, Signal, Simulation
+from synth.effects.simulation.running import RESPONSE, WHOLE, Signal, Simulation
 from synth.effects.simulation.steps import Stepper
 from synth.effects.simulation.terms import ELASTIC, Terms
 from synth.motion.moved_skin import mover_of
 from synth.plan.contact_steppers import point_stepper, slope_forces, table_stepper
 from synth.plan.effect_choice import SimulationCase, relative_change
 from synth.plan.pilot_run import LONGEST_OWN, Pilot, is_heavy, run_own, run_pilot, started, work_of
+from synth.response.demand import Complex
+from synth.response.lift_gate import gate
 from synth.sampling.band_edge import WHOLE_TO, edge_of
 from synth.sampling.decimation import Decimator, narrowest
 from synth.scene.output_section import BAND
@@ -99,6 +101,22 @@ class SimulationPlan:
     def signals(self) -> tuple[Signal, ...]:
         """The signals that a voice takes from the simulation: z minus its mean, for every order."""
         return tuple(Signal(RESPONSE, order) for order in self.orders)
+
+    def series(self, order: int) -> Complex | None:
+        """Return the series of an order at the scan's own speed and load (SI); None if the motion does not repeat."""
+        found = self.nominal.series(Signal(RESPONSE, order))
+        if found is not None:
+            found[0] = 0.0
+        return found
+
+    @property
+    def level(self) -> float:
+        """Mean of z at the scan's own load (m), under the gate."""
+        nominal = self.nominal
+        found, load = nominal.series(Signal(WHOLE, 0)), nominal.scene.scan.load
+        if found is not None:
+            return float(found[0].real)
+        return float(nominal.rest(max(load, 0.0)) * (1.0 if nominal.held else gate(load, nominal.scene.scan.lift_load)))
 
     @property
     def let_go(self) -> bool:

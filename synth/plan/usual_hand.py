@@ -28,7 +28,8 @@ from synth.kept_files import json_form
 from synth.plan.channels import PEAK
 from synth.plan.direct_plan import follows_path
 from synth.plan.effect_choice import outputs_of, refused_by_hand, with_added_scales
-from synth.plan.preparation import Preparation, prepare
+from synth.plan.preparation import Preparation
+from synth.plan.prepare import prepare
 from synth.plan.request import HAND_LOADS, HAND_SPEEDS, harmonics_below
 from synth.plan.scene_table import entry_of
 from synth.response.demand import Complex, Demand, curves, harmonics_of, points_for

@@ -9,6 +9,7 @@ Limits  It is not limited to the band: a slip has steps in its slope.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +20,7 @@ from synth.effects.simulation.running import Signal
 from synth.motion.motion import LOAD
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.channels import PEAK, ROUNDING
+from synth.plan.motion_peak import MOST_FRAMES, TOGETHER
 from synth.plan.preparation import Preparation
 from synth.response.series_curve import SMALLEST
 from synth.scene.line_scan import as_written
@@ -75,17 +77,34 @@ class FrictionStage:
         """
         own = ScanMotion(as_written(solved.scene), whole=solved.live)
         load = max(solved.scene.scan.load if solved.by_hand else own.recorded_loads()[1], 0.0)
-        slips = rise * law[0] * load
-        if not solved.by_hand:  # a stiff damper of the bristle adds to the force at which it slips
-            slips = max(slips, own.strongest(np.inf if solved.live else solved.scene.output.duration))
+        slips, scan = rise * law[0] * load, solved.scene.scan
         method = "motion of the skin" if own.moved else "sliding"
         channels = tuple(
-            AddedChannel(
-                quantity, scale or (slips / PEAK if slips > 0.0 else 1.0), found[0], found[1] + ROUNDING, method, LATE
-            )
+            AddedChannel(quantity, scale or 1.0, found[0], found[1] + ROUNDING, method, LATE)
             for quantity, scale in zip(quantities, scales, strict=False)
         )
-        return cls(own, law, scales[0] is not None, channels)
+        stage = cls(own, law, scales[0] is not None, channels)
+        if not solved.by_hand:
+            forces = stage.along(math.inf if solved.live else solved.scene.output.duration)
+            # a stiff damper of the bristle adds to the force at which it slips
+            slips = max(slips, float(np.max(np.hypot.reduce(forces))))
+            if scan.stroke is not None or scan.trajectory is not None:
+                channels = tuple(map(_as_moved, channels, np.ptp(forces, axis=1).tolist()))
+        if scales[0] is None:
+            channels = tuple(replace(one, full_scale=slips / PEAK if slips > 0.0 else 1.0) for one in channels)
+        return replace(stage, channels=channels)
+
+    def along(self, seconds: float) -> Array:
+        """Return the force (N) along the scan's own motion, as far as it is looked at [axes, frames]."""
+        frames = max(1, min(math.ceil(min(seconds, self.own.looked) * self.own.rate), MOST_FRAMES))
+        state, found = FrictionState(), np.zeros((len(self.channels), frames))
+        for first in range(0, frames, TOGETHER):
+            part = found[:, first : first + TOGETHER]
+            motion = self.own.at(first, part.shape[1])
+            passage = Passage(first, 0, 0, motion, False, None, 0, 0, ())
+            force = self._force(state, passage, motion.frames)[: len(part)]
+            part[: len(force)] = force
+        return found
 
     def louder(self, times: float, moved: tuple[float, ...]) -> FrictionStage:
         """See `OutputStage`."""
@@ -130,3 +149,10 @@ class FrictionStage:
         static, kinetic, slow = self.law
         size = kinetic + (static - kinetic) * np.exp(-np.sum(speeds**2, axis=0) / slow**2)
         return np.asarray(size * np.maximum(motion.samples[LOAD], 0.0) * directed(speeds, SMALL * slow))
+
+
+def _as_moved(channel: AddedChannel, extent: float) -> AddedChannel:
+    """Return a channel with the peak-to-peak `extent` (N) of its own motion, to which its error is relative."""
+    if extent == 0.0:
+        return channel
+    return replace(channel, extent=extent, error=channel.error * min(channel.extent / extent, 1.0))

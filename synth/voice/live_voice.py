@@ -23,7 +23,8 @@ from synth.errors import Fault, SceneError
 from synth.held_memory import Held, held_by
 from synth.plan.effect_choice import added_quantities
 from synth.plan.plan import Plan
-from synth.plan.preparation import Preparation, prepare
+from synth.plan.preparation import Preparation
+from synth.plan.prepare import prepare
 from synth.plan.usual_hand import with_full_scale, with_stream_scale
 from synth.response_cache import SHARED, ResponseCache
 from synth.scene.scene import Scene
@@ -51,7 +52,7 @@ class Change:
 
 
 class LiveVoice:
-    """An endless voice for one listener. Raises SceneError as `synth.plan.preparation.prepare` does.
+    """An endless voice for one listener. Raises SceneError as `synth.plan.prepare.prepare` does.
 
     scene: the first scene.
     cache: responses shared with other voices.

@@ -2,10 +2,9 @@
 
 Stage   3 (VOICE), used only by the effect `propagation`.
 Model   In a constant scan of the contact each harmonic is multiplied by the gain of the way (`skin_wave`) at its
-        frequency n u / lambda2, which is exact and begins at once. In all other motions, and where the finger is
-        simulated, the causal filter of the way reads the samples of the scene's own channel.
+        frequency n u / lambda2, which is exact and begins at once. In all other motions, the causal
+        filter of the way reads the samples of the scene's own channel.
         A filter begins at rest: before the first frame a displacement had its first value, and other quantities were 0.
-        In a simulated constant scan it first reads WARM seconds of the periodic motion before the first frame.
         Within the contact the channel is a copy.
 Limits  After a seek in a moving scan the filter begins anew. The error is that of the channel read, times the largest
         gain in the band, plus that of the filter at speeds from a quarter of the scan's up to the scan's. It does not
@@ -21,8 +20,8 @@ import numpy as np
 
 from synth.arrays import Array, Block
 from synth.effects.effect import AddedChannel, Passage
-from synth.effects.simulation.running import RESPONSE, Running, Signal
-from synth.plan.channels import PEAK, ROUNDING, STILL, spendable
+from synth.effects.simulation.running import Signal
+from synth.plan.channels import PEAK, ROUNDING, STILL, ChannelPlan, spendable
 from synth.plan.preparation import Preparation
 from synth.response.demand import Complex, Demand, curves, points_for
 from synth.response.series_curve import SMALLEST, SeriesCurve
@@ -30,7 +29,6 @@ from synth.response.spectrum import solve_spectrum
 from synth.response_cache import ResponseCache
 from synth.voice.skin_wave import SkinFilter, SkinWave
 
-WARM = 0.1  # s in addition to the delay, after which 1e-9 of the start of a filter is left
 SPEEDS = np.geomspace(0.25, 1.0, 25)  # over that of the scan, at which the error of a filter is computed
 FADED = 1.225  # times the band, above which nothing is left: 0.49 over 0.40 of the rate
 FINEST = 0.03  # least part of the tolerance to which a series is solved; a smaller one takes longer than it is worth
@@ -40,12 +38,10 @@ FINEST = 0.03  # least part of the tolerance to which a series is solved; a smal
 class FilterState:
     """The state of a voice.
 
-    phase: of the texture at frame 0.
     frame: the next frame, None before the first.
     past, state: of the filter, in units of the channel's full scale.
     """
 
-    phase: int
     frame: int | None = None
     past: Array | None = None
     state: Array | None = None
@@ -59,7 +55,7 @@ class PropagatedStage:
     source: column that is read.
     way: from the contact to the place.
     filter: None within the contact.
-    steady: reader of a constant scan that is not simulated, else None.
+    steady: reader of a constant scan, else None.
     fixed: whether the scene sets the full scale.
     channel: the channel that it adds.
     """
@@ -89,20 +85,17 @@ class PropagatedStage:
         """
         column = [channel.quantity for channel in solved.channels].index(source)
         read, output = solved.channels[column], solved.scene.output
-        made, steady = None, None
-        if not way.inside and (solved.moving or solved.simulated):
+        made, steady, filtered = None, None, solved.moving or solved.stepped
+        if not way.inside and filtered:
             made = SkinFilter.of(way, output.sample_rate, output.band_limit)
-        if solved.simulated:
-            before, after = _simulated(solved, read.order, made)
-        else:
-            before, after = _curves(solved, read.order, way)
+        before, after = _curves(solved, read.order, way)
         extent, ratio = float(np.ptp(after)), _ratio(before, after)
         error, method = ratio * read.error, "copy of the contact"
         if made is not None:
             error = ratio * made.largest * read.error + _filter_error(solved, read.order, way, made)
             method = f"filter, {1e3 * way.delay:.3g} ms late"
-        elif not solved.moving and not solved.simulated:
-            steady, error = _steady(solved, read.order, way, ratio, cache)
+        elif not filtered:
+            steady, error = _steady(solved, read, way, ratio, cache)
             method = steady.name
         scale = full_scale or _scale(solved, column, before, after)
         channel = AddedChannel(quantity, scale, extent, error + ROUNDING, method)
@@ -127,11 +120,11 @@ class PropagatedStage:
 
     def start(self, phase: int) -> FilterState:
         """See `OutputStage`."""
-        return FilterState(phase)
+        return FilterState()
 
     def begin_at(self, state: FilterState, phase: int) -> None:
         """See `OutputStage`."""
-        state.phase, state.frame = phase, None
+        state.frame = None
 
     def delay(self, state: FilterState) -> int:
         """See `OutputStage`."""
@@ -154,23 +147,10 @@ class PropagatedStage:
         if not going_on and len(values):
             still = values.item(0) if self.solved.channels[self.source].order == 0 else 0.0
             state.past, state.state = made.start(still)
-            if not self.solved.moving:
-                before = self._before(passage.frame, state.phase) / self.channel.full_scale
-                made.run(state.past, state.state, before)
         if state.past is None or state.state is None:
             return values
         state.frame = passage.frame + len(values)
         return made.run(state.past, state.state, values)
-
-    def _before(self, frame: int, phase: int) -> Array:
-        """Return the frames (SI) before `frame` of a simulated constant scan, over which the filter settles."""
-        assert self.solved.effects is not None and self.solved.effects.simulation is not None
-        simulation = self.solved.effects.simulation.simulation
-        if simulation.steady is None:
-            return np.empty(0)
-        signals = (Signal(RESPONSE, self.solved.channels[self.source].order),)
-        frames = math.ceil((WARM + self.way.delay) * self.solved.scene.output.sample_rate)
-        return np.asarray(Running(simulation, signals, phase).along(frame - frames, frames)[0])
 
 
 def _gains(solved: Preparation, way: SkinWave, series: Complex) -> Complex:
@@ -180,24 +160,28 @@ def _gains(solved: Preparation, way: SkinWave, series: Complex) -> Complex:
 
 def _curves(solved: Preparation, order: int, way: SkinWave) -> tuple[Array, Array]:
     """Return a period of the steady scan at the contact and at the place, SI."""
-    series = solved.steady.series(order)
+    series = solved.series(order)
     points = 2 * points_for(len(series) - 1)
     return curves(series, 0, points), curves(series * _gains(solved, way, series), 0, points)
 
 
 def _steady(
-    solved: Preparation, order: int, way: SkinWave, ratio: float, cache: ResponseCache
+    solved: Preparation, read: ChannelPlan, way: SkinWave, ratio: float, cache: ResponseCache
 ) -> tuple[SeriesCurve, float]:
-    """Return the reader of a constant scan and its error. Its series is solved to the tolerance of the place.
+    """Return the reader of a constant scan and its error. Unless simulated, it is solved to the tolerance of the place.
 
+    read: the channel that is read.
     ratio: of the peak-to-peak at the contact to that at the place.
     """
+    order, series = read.order, solved.series(read.order)
+    gains = _gains(solved, way, series)
+    larger = ratio * float(np.max(np.abs(gains[1:]), initial=0.0))
+    if solved.simulated:
+        return SeriesCurve(series * gains), larger * read.error
     assert solved.contact is not None and solved.spectrum is not None
     if order not in solved.orders:  # a finger at rest
-        return SeriesCurve(solved.steady.series(order)), 0.0
+        return SeriesCurve(series), 0.0
     contact, spectrum, place = solved.contact, solved.spectrum, solved.orders.index(order)
-    gains = _gains(solved, way, solved.steady.series(order))
-    larger = ratio * float(np.max(np.abs(gains[1:]), initial=0.0))
     if larger * spectrum.errors[place] > solved.tolerance:
         scan = solved.scene.scan
         load = scan.load if scan.load > 0.0 else scan.lift_load  # as of `solved.spectrum`
@@ -235,17 +219,6 @@ def _ratio(before: Array, after: Array) -> float:
     """Return the peak-to-peak of `before` over that of `after`, or 0 if nothing moves."""
     extent = float(np.ptp(after))
     return float(np.ptp(before)) / extent if extent > 0.0 else 0.0
-
-
-def _simulated(solved: Preparation, order: int, made: SkinFilter | None) -> tuple[Array, Array]:
-    """Return a run of the simulated steady scan at the contact and at the place, SI."""
-    assert solved.effects is not None and solved.effects.simulation is not None
-    plan, rate = solved.effects.simulation, solved.scene.output.sample_rate
-    frames, warm = plan.pilot.moved.shape[1], 0 if made is None else math.ceil(WARM * rate) + made.memory
-    moved = Running(plan.nominal, (Signal(RESPONSE, order),)).along(0, warm + frames)[0]
-    if made is None:
-        return moved, moved
-    return moved[warm:], made.run(*made.start(0.0), moved)[warm:]
 
 
 def _scale(solved: Preparation, column: int, before: Array, after: Array) -> float:

@@ -26,7 +26,8 @@ from synth.motion.moved_skin import SkinAfterHand, mover_of
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.effect_choice import added_where_smooth, require_fixed_ends
 from synth.plan.plan import Plan, plan_of, warnings_of
-from synth.plan.preparation import Preparation, prepare
+from synth.plan.preparation import Preparation
+from synth.plan.prepare import prepare
 from synth.plan.usual_hand import prepare_hand, with_hand_scale
 from synth.response.phases import phase_step, turns_to_phase
 from synth.response_cache import SHARED, ResponseCache
@@ -79,8 +80,8 @@ class Voice:
         self._still = self._smooth and not added_where_smooth(solved.scene)
         self._steady = []
         self._scan: SolvedFrames | ScanReader | None = None
-        if solved.spectrum is None or solved.simulated or solved.by_hand:
-            pass  # silence, or a simulation replaces the response, or only a hand moves the finger
+        if solved.spectrum is None or solved.stepped or solved.by_hand:
+            pass  # silence, or a simulation runs in place of the response, or only a hand moves the finger
         elif not solved.moving:
             self._steady = [(c.reader, 1.0 / c.full_scale, c.level) for c in solved.channels if c.reader is not None]
         elif solved.frames is not None:

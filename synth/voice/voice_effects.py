@@ -1,8 +1,8 @@
 """The effects of a voice: its simulation, and the stages that add channels.
 
 Stage   3 (VOICE), loaded by `voice` for a scene with effects.
-Model   A simulation replaces the response and fills the channels of z. The stages then write their own channels, in
-        order.
+Model   A simulation that runs step by step fills the channels of z. One that repeats has series,
+        which `voice` reads. The stages then write their own channels, in order.
 Limits  Frames that follow a hand are `late` by the margin of the simulation's filters.
 """
 
@@ -45,17 +45,18 @@ class VoiceEffects:
         self._stages = [(stage, stage.start(phase)) for stage in self._effects.stages]
 
     def _run_from(self, phase: int) -> Running | None:
-        if self._plan is None or self._simulation is None:
+        if self._simulation is None:
             return None
         wanted = tuple(signal for stage in self._effects.stages for signal in stage.signals)
-        return Running(self._simulation, (*self._plan.signals, *self._whole, *wanted), phase)
+        return Running(self._simulation, (*self._own, *wanted), phase) if self._own or wanted else None
 
     @property
-    def _whole(self) -> tuple[Signal, ...]:
-        """The signal of z itself, for a channel of the approach."""
-        assert self._plan is not None
+    def _own(self) -> tuple[Signal, ...]:
+        """The signals of the channels of z, if they are simulated step by step."""
+        if self._plan is None or not self.solved.stepped:
+            return ()
         asked = any(channel.is_approach for channel in self.solved.channels)
-        return (Signal(WHOLE, 0),) if asked else ()
+        return (*self._plan.signals, *((Signal(WHOLE, 0),) if asked else ()))
 
     def begin_at(self, phase: int) -> None:
         """Set the phase of the texture at frame 0, before the first block."""
@@ -97,8 +98,9 @@ class VoiceEffects:
         self.place[0] = place
 
     def _fill(self, rows: Array, out: Block) -> None:
-        """Write the channels of z."""
-        assert self._plan is not None
+        """Write the channels of z that are simulated step by step."""
+        if self._plan is None or not self._own:
+            return
         for column, channel in enumerate(self.solved.channels):
             row = len(self._plan.orders) if channel.is_approach else self._plan.orders.index(channel.order)
             values = rows[row] / channel.full_scale
@@ -106,7 +108,7 @@ class VoiceEffects:
 
     def _step(self, rows: Array | None, out: Block, late: int, **fields: Any) -> None:
         column = len(self.solved.channels)
-        row = 0 if self._plan is None else len(self._plan.orders) + len(self._whole)
+        row = len(self._own)
         scales = tuple(channel.full_scale for channel in self.solved.channels)
         for stage, state in self._stages:
             signals = None if rows is None else rows[row : row + len(stage.signals)]

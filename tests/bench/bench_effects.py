@@ -24,7 +24,7 @@ from synth.effects.simulation.skin_steps import SkinStepper
 from synth.effects.simulation.steps import ROWS
 from synth.errors import SceneError
 from synth.motion.motion import Motion
-from synth.plan.preparation import prepare
+from synth.plan.prepare import prepare
 from synth.response.phases import phase_step
 from synth.scene.effects_section import effect_names
 from synth.scene.scene import Scene

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.effects.simulation.periodic import SteadyMotion, Waves
+from synth.effects.simulation.periodic import SteadyMotion
 from synth.effects.simulation.steps import (
     ACROSS_FORCE,
     ATTACHED,
@@ -100,6 +100,18 @@ class Simulation:
         """Return z (m) about which displacement is measured, at a load or at each of `loads` (N)."""
         return self.reference(np.cbrt(loads)) + self.offset
 
+    def series(self, signal: Signal) -> Complex | None:
+        """Return the series of a signal of a constant scan, under the gate; None if its motion does not repeat."""
+        if self.steady is None or self.steady.waves is None:
+            return None
+        waves, scan, period = self.steady.waves, self.scene.scan, self.scene.texture.period
+        row = waves.harmonics[HEIGHT if signal.kind == RESPONSE else ROW_OF[signal.kind]]
+        found = row * (2j * math.pi * scan.speed / period * np.arange(len(row))) ** signal.order
+        if signal.kind == RESPONSE and signal.order == 0:
+            found[0] -= self.rest(max(scan.load, 0.0))
+        gain = float(waves.attached and abs(scan.load) >= TOUCH_LOAD) if self.held else gate(scan.load, scan.lift_load)
+        return np.asarray(found * gain)
+
     def signal(self, kind: int, rows: Array, loads: Array) -> Array:
         """Return a signal from the rows of some steps, before the lift gate."""
         if kind == RESPONSE:
@@ -127,7 +139,8 @@ class Running:
         self._frame = self._next = -1
         self._before: tuple[int, float, float, float] | None = None
         self._line = simulation.stepper.line
-        self._series: list[SeriesCurve] = []
+        known = [simulation.series(signal) for signal in signals] if self._constant else []
+        self._series = [SeriesCurve(one) for one in known if one is not None]
         self._aside = NO_PATH if self._line is None else np.array(self._line)[:, np.newaxis]
 
     @property
@@ -139,9 +152,9 @@ class Running:
 
     def along(self, first: int, frames: int) -> Array:
         """Return float64 [signals, frames] from frame `first` on. Continuing the last call repeats no steps."""
-        steps, margin, steady = self.simulation.steps, self.margin, self.simulation.steady
-        if self._constant and steady is not None and steady.waves is not None:
-            return self._read(steady.waves, first, frames)
+        steps, margin = self.simulation.steps, self.margin
+        if self._series:
+            return self._read(first, frames)
         if first != self._frame or self._state is None:
             self._begin(first)
         end = (first + frames + margin - 1) * steps + 1
@@ -150,26 +163,12 @@ class Running:
         self._frame = first + frames
         return self._filtered(values, frames)
 
-    def _read(self, waves: Waves, first: int, frames: int) -> Array:
+    def _read(self, first: int, frames: int) -> Array:
         """Return the frames of a constant scan from the series of its period."""
         scene = self.simulation.scene
-        if not self._series:
-            self._series = [SeriesCurve(self._harmonics(waves, signal)) for signal in self.signals]
         step = phase_step(scene.scan.speed, scene.texture.period, scene.output.sample_rate)
         places = np.ldexp(_phases(self._phase + step * first, step, frames).astype(float), -64)
         return np.array([one.heights(places, places) for one in self._series])
-
-    def _harmonics(self, waves: Waves, signal: Signal) -> Complex:
-        """Return the series of a signal, under the gate."""
-        scan, period = self.simulation.scene.scan, self.simulation.scene.texture.period
-        row = HEIGHT if signal.kind == RESPONSE else ROW_OF[signal.kind]
-        turns = np.arange(waves.harmonics.shape[1]) * scan.speed / period
-        found: Complex = waves.harmonics[row] * (2j * math.pi * turns) ** signal.order
-        if signal.kind == RESPONSE and signal.order == 0:
-            found[0] -= self.simulation.rest(max(scan.load, 0.0))
-        if self.simulation.held:
-            return np.asarray(found * (waves.attached and abs(scan.load) >= TOUCH_LOAD))
-        return np.asarray(found * gate(scan.load, scan.lift_load))
 
     def _begin(self, first: int) -> None:
         """Start where the motion begins, or `settling` before frame `first`, and run up to the steps to be filtered."""

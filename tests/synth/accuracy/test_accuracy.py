@@ -20,7 +20,7 @@ from synth.contact.scene_contact import contact_of
 from synth.contact.stiffness import Stiffness
 from synth.errors import InvalidRequest
 from synth.perception.threshold import threshold_displacement
-from synth.plan.preparation import prepare
+from synth.plan.prepare import prepare
 from synth.plan.scene_table import read_error, table_of_scene
 from synth.response.demand import Demand, curves, points_for
 from synth.response.spectrum import solve_spectrum

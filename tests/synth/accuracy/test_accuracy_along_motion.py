@@ -23,7 +23,7 @@ from synth.accuracy.simulated import BASELINE
 from synth.contact.stiffness import Stiffness
 from synth.motion.motion import LOAD
 from synth.motion.scan_motion import ScanMotion
-from synth.plan.preparation import prepare
+from synth.plan.prepare import prepare
 from synth.plan.usual_hand import prepare_hand
 from synth.scene.scene import Scene, parse_scene, scene_document
 from tests.few import thorough

@@ -13,7 +13,7 @@ from synth.contact.fingertip import FingertipContact
 from synth.contact.scene_contact import contact_of
 from synth.plan import contact_choice, scene_table
 from synth.plan.frame_plan import solution_nanoseconds
-from synth.plan.preparation import prepare
+from synth.plan.prepare import prepare
 from synth.plan.scene_table import in_time
 from synth.response.demand import Demand, curves, harmonics_of, points_for
 from synth.response.spectrum import solve_spectrum

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from synth import Voice, parse_scene
-from synth.plan.preparation import prepare
+from synth.plan.prepare import prepare
 from synth.scene.effects_section import AUTO, declaration, effect_names
 from synth.scene.scene import Scene
 from tests.few import thorough

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from synth import Voice, parse_scene
-from synth.plan.preparation import prepare
+from synth.plan.prepare import prepare
 from synth.scene.effects_section import declaration, effect_names
 from synth.scene.merge import merge_patch
 from synth.scene.scene import channel_count

@@ -15,7 +15,7 @@ import pytest
 from docs.figures.effect_pairs import BEGIN, END, FINGERS, PAGE, SCANS, TEXTURES, Pair, pairs, scene_of, table
 from synth import open_voice, parse_scene
 from synth.errors import SceneError
-from synth.plan.preparation import prepare
+from synth.plan.prepare import prepare
 from synth.scene.effects_section import declaration, effect_names
 from synth.voice.voice import Voice
 from tests.few import thorough

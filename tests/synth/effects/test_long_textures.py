@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 
 from synth import Voice, open_voice, parse_scene
 from synth.contact.scene_contact import contact_of
-from synth.plan.preparation import prepare
+from synth.plan.prepare import prepare
 from tests.synth.effects.whole_renders import below
 from tests.synth.engine_cases import Real, physical
 

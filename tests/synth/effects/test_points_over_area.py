@@ -12,7 +12,7 @@ import pytest
 from synth import Motion, open_voice, parse_scene
 from synth.contact.scene_contact import contact_of
 from synth.motion.motion import Update
-from synth.plan.preparation import prepare
+from synth.plan.prepare import prepare
 from synth.scene.scene import Scene
 from synth.voice.hand_voice import HandVoice
 from synth.voice.voice import Voice

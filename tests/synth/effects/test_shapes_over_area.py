@@ -12,7 +12,8 @@ from scipy.optimize import brentq
 
 from synth import open_voice, parse_scene
 from synth.contact.scene_contact import contact_of
-from synth.plan.preparation import Preparation, prepare
+from synth.plan.preparation import Preparation
+from synth.plan.prepare import prepare
 from synth.response.table_error import QUANTITIES
 from synth.sampling.frame_solver import FrameSolver
 from synth.scene.effects_section import declaration

@@ -15,7 +15,7 @@ from synth.errors import SceneError
 from synth.motion.motion import ACROSS, Update
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.plan import plan_of
-from synth.plan.preparation import prepare
+from synth.plan.prepare import prepare
 from synth.response_cache import ResponseCache
 from synth.voice.hand_voice import HandVoice
 from synth.voice.recording import Recording

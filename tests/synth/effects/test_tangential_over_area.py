@@ -10,7 +10,7 @@ import pytest
 
 from synth import Motion, open_voice, parse_scene
 from synth.contact.scene_contact import contact_of
-from synth.plan.preparation import prepare
+from synth.plan.prepare import prepare
 from synth.scene.scene import Scene
 from synth.voice.voice import Voice
 from tests.few import thorough

@@ -8,7 +8,7 @@ import pytest
 from synth.motion.motion import LOAD, LOAD_BEND, SPEED, SPEED_RATE
 from synth.motion.recorded_motion import Curve, RecordedMotion
 from synth.motion.scan_motion import ScanMotion
-from synth.plan.preparation import prepare
+from synth.plan.prepare import prepare
 from synth.scene.point_spacing import AROUND, LEAST_GAP, merged_places, spaced_times
 from synth.scene.scene import Scene
 from tests.synth.engine_cases import scene_of

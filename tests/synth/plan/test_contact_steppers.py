@@ -10,7 +10,7 @@ import pytest
 
 from synth.effects.simulation.running import Simulation
 from synth.effects.simulation.table_steps import TableStepper
-from synth.plan.preparation import prepare
+from synth.plan.prepare import prepare
 from synth.plan.usual_hand import prepare_hand
 from synth.scene.scene import parse_scene
 

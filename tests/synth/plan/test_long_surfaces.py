@@ -14,7 +14,7 @@ from synth.contact.scene_contact import contact_of
 from synth.contact.stiffness import Stiffness
 from synth.errors import SceneError
 from synth.motion.motion import Motion
-from synth.plan.preparation import prepare
+from synth.plan.prepare import prepare
 from synth.plan.request import N_MAX, harmonics_in_band
 from synth.plan.scene_table import table_of_scene
 from synth.plan.stretch import on_whole, stretch_of

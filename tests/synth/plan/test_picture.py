@@ -15,7 +15,7 @@ from synth.contact.fingertip import FingertipContact
 from synth.contact.scene_contact import contact_of
 from synth.errors import InvalidRequest
 from synth.plan.contact_picture import DIGITS, MOST_PATCHES, PHASES, POINTS, picture
-from synth.plan.preparation import prepare
+from synth.plan.prepare import prepare
 from synth.response_cache import ResponseCache
 from synth.scene.scene import Scene, parse_scene
 from tests.few import few

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+import ridgewave
 from synth.accuracy.costing import explain
 from synth.plan.plan import plan_of
-from synth.plan.preparation import prepare
+from synth.plan.prepare import prepare
 from synth.scene.effects_section import effect_names
 from synth.scene.scene import parse_scene, scene_document
 from synth.voice.voice import Voice, open_voice
@@ -177,8 +178,17 @@ def test_the_rms_is_that_of_the_samples_and_the_level_that_of_the_strongest_line
     assert found["sensation_level_db"] == pytest.approx(20.0 * math.log10(lines[2] / felt), abs=0.05)
 
 
+def test_the_rms_is_that_of_the_samples_with_effects_and_of_z_itself() -> None:
+    output = {"channels": ["acceleration", "approach"], "duration": 1.0}
+    every: tuple[dict[str, Any], ...] = ({}, {"inertia": {}}, {"viscous_skin": {}})
+    for effects in every:
+        scene = {"effects": effects, "texture": {"period": "1 mm"}, "output": output}  # whole periods
+        told, sound = summary_of(scene), ridgewave.render(scene)
+        for name, values in zip(("acceleration", "approach"), sound.values.T.astype(float), strict=True):
+            assert told["rms"][name] == pytest.approx(np.sqrt(np.mean(values**2)), rel=1e-4)
+        assert told["sensation_level_db"] > 0.0 and told["stiffness"] > 0.0
+
+
 def test_what_is_not_known_is_null() -> None:
-    simulated = summary_of({"effects": {"inertia": {}}})
-    assert simulated["rms"] is None and simulated["sensation_level_db"] is None and simulated["stiffness"] > 0.0
     assert summary_of({"finger": {"ridge_amplitude": 0}})["groups"] is None
     assert summary_of({"scan": {"speed": 0}})["rms"] is None

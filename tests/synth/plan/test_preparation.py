@@ -13,7 +13,7 @@ from synth.encode.sound import render
 from synth.perception.threshold import THRESHOLDS, imperceptible_tolerance, threshold_displacement
 from synth.plan import motion_peak
 from synth.plan.motion_peak import peaks_along
-from synth.plan.preparation import EXACT, prepare
+from synth.plan.prepare import EXACT, prepare
 from synth.plan.request import N_MAX, harmonics_below
 from synth.response_cache import ResponseCache
 from synth.scene.catalogue import catalogue

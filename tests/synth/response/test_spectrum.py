@@ -16,7 +16,8 @@ import pytest
 
 from synth.contact.load_balance import Contact
 from synth.contact.scene_contact import contact_of
-from synth.plan.preparation import Preparation, prepare
+from synth.plan.preparation import Preparation
+from synth.plan.prepare import prepare
 from synth.response.demand import Demand, curves, harmonics_of, points_for
 from synth.response.series_error import error_floor
 from synth.response.spectrum import solve_spectrum

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from synth.plan.frame_plan import FramePlan
-from synth.plan.preparation import Preparation, prepare
+from synth.plan.preparation import Preparation
+from synth.plan.prepare import prepare
 from synth.response.table_error import QUANTITIES
 from synth.response_cache import ResponseCache
 from synth.sampling.frame_solver import FrameSolver, Heights

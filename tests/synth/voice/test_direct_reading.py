@@ -13,7 +13,7 @@ import pytest
 import ridgewave as rw
 from synth.contact.stiffness import Stiffness
 from synth.motion.motion import Motion
-from synth.plan.preparation import prepare
+from synth.plan.prepare import prepare
 from synth.plan.usual_hand import prepare_hand
 from synth.response_cache import ResponseCache
 from synth.sampling.direct_reader import DirectReader

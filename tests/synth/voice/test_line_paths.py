@@ -11,7 +11,7 @@ import pytest
 
 import ridgewave as rw
 from synth.motion.motion import Motion, Update
-from synth.plan.preparation import prepare
+from synth.plan.prepare import prepare
 from synth.response_cache import ResponseCache
 from synth.scene.scene import Scene, parse_scene
 from synth.voice.hand_voice import HandVoice

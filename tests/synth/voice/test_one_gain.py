@@ -13,7 +13,7 @@ import pytest
 
 from synth import Voice, open_voice, parse_scene
 from synth.arrays import Array
-from synth.plan.preparation import prepare
+from synth.plan.prepare import prepare
 from tests.few import thorough
 
 RATE, BAND, LINES = 8000, 1000.0, (900.0, 1000.0, 1100.0, 1300.0)
@@ -53,3 +53,16 @@ def test_a_file_passes_each_line_by_the_one_gain(scan: str, effect: str) -> None
 def test_a_live_scan_that_is_simulated_passes_each_line_by_it_too(effect: str) -> None:
     gains = lines_of("constant", effect, BAND, paced=True) / lines_of("constant", effect, "full", paced=True)
     assert np.max(np.abs(gains - WANTED)) <= SAME, gains
+
+
+@pytest.mark.parametrize("effect", ["inertia", "viscous_skin"])
+def test_an_effect_changes_no_line_below_the_band_but_by_its_cause(effect: str) -> None:
+    """A filter faded the lines of simulated scans between 0.92 and 1.00 of the band, which other scans keep."""
+    texture = {"kind": "harmonics", "period": "8 mm", "amplitudes": [1e-6] * 99}  # lines at every 10 Hz
+    output = {"sample_rate": RATE, "full_scale": 1.0, "duration": 0.2}
+    lines = {}
+    for band in (BAND, 2.0 * BAND):
+        scene = parse_scene({"texture": texture, "effects": {effect: {}}, "output": output | {"bandwidth": band}})
+        frames = open_voice(scene).render(WINDOW)[:, 0].astype(float)
+        lines[band] = np.abs(np.fft.rfft(frames))[90:100]  # 900 to 990 Hz
+    assert np.max(np.abs(lines[BAND] / lines[2.0 * BAND] - 1.0)) <= SAME

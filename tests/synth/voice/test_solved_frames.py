@@ -12,7 +12,7 @@ from scipy.special import erfc
 
 from synth.contact.scene_contact import contact_of
 from synth.plan.frame_plan import FramePlan
-from synth.plan.preparation import prepare
+from synth.plan.prepare import prepare
 from synth.response.demand import Demand
 from synth.response.spectrum import solve_spectrum
 from synth.sampling import frame_solver
