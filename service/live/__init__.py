@@ -3,7 +3,8 @@
 From the network inwards:
     websocket          the server's end of a WebSocket: handshake, pings, close; `websocket_frames` reads the frames
     transport          the interface between a connection and the server: messages in and out
-    connection         a connection: one task reads, one task writes
+    connection         a connection: reads messages, and performs what the state machine requests
+    connection_writer  the writing half of a connection: messages, blocks when they are due, the close
     conversation       the state machine of a connection, without I/O and without a clock
     actions            what the state machine requests of the connection
     messages           the JSON Schemas of all messages, which are served
