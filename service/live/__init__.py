@@ -9,6 +9,7 @@ From the network inwards:
     connection            a connection: reads messages, and performs what the state machine requests
     connection_writer     the writing half of a connection: messages, blocks when they are due, the close
     conversation          the state machine of a connection, without I/O and without a clock
+    outgoing_blocks       the blocks of a connection: which is due, its messages, the last fade
     actions               what the state machine requests of the connection
     messages              the JSON Schemas of all messages, which are served
     message_checks        reads and checks what clients send, by these schemas

@@ -20,10 +20,11 @@ from service.http.rate_limits import KEY
 from service.http.security import our_bug
 from service.live import actions
 from service.live.connection_writer import FLUSH_SECONDS, ConnectionWriter
-from service.live.conversation import PAUSE_SECONDS, Conversation, Phase
+from service.live.conversation import Conversation, Phase
 from service.live.live_connections import LiveConnections
 from service.live.live_metrics import ConnectionLog
 from service.live.live_stream import LiveStream
+from service.live.message_limits import PAUSE_SECONDS
 from service.live.messages import Version
 from service.live.transport import PlainWire, Wire
 from service.problems import Problem
@@ -86,7 +87,9 @@ class Connection:
             self._lose()
             self._live.leave(self)
             closing = self._writer.closing
-            self._log.ended(None if closing is None else (closing.code, closing.reason), self.conversation.position)
+            self._log.ended(
+                None if closing is None else (closing.code, closing.reason), self.conversation.blocks.position
+            )
             self.conversation.stream = None  # as in `Sessions.finish`
 
     def _lose(self) -> None:
@@ -131,7 +134,7 @@ class Connection:
 
     def _cut(self) -> None:
         """Cancel a write that has been waiting since before the end."""
-        if self.conversation.pace.in_write:
+        if self.conversation.blocks.pace.in_write:
             self.conversation.cut()
             self._perform()
 
@@ -241,7 +244,7 @@ class Connection:
             self.conversation.opened(stream, self._clock())
             if self.conversation.stream is not None:
                 what = f"{stream.options.pacing}, {stream.rate} Hz, blocks of {stream.block}"
-                self._log.began(session.id, what, self.conversation.position)
+                self._log.began(session.id, what, self.conversation.blocks.position)
         elif stream.frame:
             session.detach(self)  # the connection broke during the opening
         else:

@@ -60,7 +60,7 @@ class ConnectionWriter:
     def close(self, closing: Close) -> None:
         """Close after the last messages. An end that cannot wait for the client cancels the pending write."""
         self.closing = closing
-        if closing.at_once and self._conversation.pace.in_write:
+        if closing.at_once and self._conversation.blocks.pace.in_write:
             self.stop()
 
     def wake(self) -> None:
@@ -139,7 +139,7 @@ class ConnectionWriter:
         return ()
 
     async def _send_all(self, messages: Sequence[str | bytes]) -> None:
-        pace = self._conversation.pace
+        pace = self._conversation.blocks.pace
         pace.writing(self._clock())
         await self._wire.send_all(messages)
         pace.written(self._clock())
@@ -170,7 +170,7 @@ class ConnectionWriter:
     def _sent_at_once(self) -> bool:
         """Send the block if nothing must be awaited, as is usual; return whether the writer may keep sleeping."""
         conversation = self._conversation
-        pace, stream = conversation.pace, conversation.stream
+        pace, stream = conversation.blocks.pace, conversation.stream
         if stream is None or not stream.can_render_here or self._outbox:
             return False
         if not conversation.paced or not self._wire.can_send():
