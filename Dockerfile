@@ -54,7 +54,8 @@ RUN for scene in /opt/ridgewave/examples/*.json; do \
         ridgewave render /opt/ridgewave/examples/paper-finger.json --duration 0.1 --set "effects.$effect={}" \
             -o /tmp/warm.wav || exit 1; \
     done \
-    && python -c 'from service.engine import SynthEngine; from service.lifespan import open_live_voices as compiled; \
+    && python -c 'from service.synth_engine import SynthEngine; \
+from service.lifespan import open_live_voices as compiled; \
 from synth.scene.effects_section import effect_names; engine = SynthEngine(0); \
 [compiled(engine, {"output": {"quantity": name}}) for name in ("displacement", "velocity", "acceleration")]; \
 [compiled(engine, {"effects": {name: {}}}) for name in effect_names()]' \

@@ -45,7 +45,7 @@ if _TYPE_CHECKING:
     from ridgewave.studies import compare as compare
     from ridgewave.studies import sweep as sweep
     from ridgewave.studies import told_apart as told_apart
-    from service.store.store import StoredTexture as StoredTexture
+    from service.store.stored_texture import StoredTexture as StoredTexture
     from synth.accuracy.report import AccuracyReport as AccuracyReport
     from synth.encode.sound import Sound as Sound
     from synth.encode.sound import common_full_scale as common_full_scale
@@ -87,7 +87,7 @@ _MODULES = {
     "SceneError": "synth.errors",
     "ServiceError": "clients.client_errors",
     "Sound": "synth.encode.sound",
-    "StoredTexture": "service.store.store",
+    "StoredTexture": "service.store.stored_texture",
     "StreamEnded": "clients.client_errors",
     "Voice": "synth.voice.voice",
     "analyze": "ridgewave.studies",

@@ -16,7 +16,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from service.store.own_textures import own_store, texture_named, with_imported
-from service.store.store import StoredTexture
+from service.store.stored_texture import StoredTexture
 from synth.errors import Fault, InvalidRequest, RenderWarning, shown
 from synth.scene.catalogue import CatalogueEntry, catalogue
 from synth.scene.merge import merge_patch

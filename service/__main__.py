@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from service.http.page_files import shipped_page
-from service.operations.settings import read_settings
+from service.operations.settings_environment import read_settings
 from service.server import run
 from synth.errors import CannotRender, InvalidRequest
 

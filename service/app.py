@@ -20,7 +20,7 @@ from starlette.routing import Match
 from starlette.types import Scope
 
 from service import problems
-from service.engine import Engine, SynthEngine
+from service.engine import Engine
 from service.http import openapi
 from service.http.content_negotiation import Compression
 from service.http.head_requests import HeadAsGet
@@ -48,6 +48,7 @@ from service.operations.logs import Subjects
 from service.operations.settings import Settings
 from service.problems import Problem
 from service.store.data_folder import data_folder
+from service.synth_engine import SynthEngine
 from synth.errors import RidgewaveError
 
 DESCRIPTION = "What a finger feels when it scans a texture: a scene in, the vibration out, as a file or a live stream."

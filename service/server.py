@@ -19,7 +19,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from service.operations.logs import set_up_log
-from service.operations.settings import Settings, SettingsError, as_environment, variable
+from service.operations.settings import Settings, variable
+from service.operations.settings_environment import SettingsError, as_environment
 from service.operations.worker_messages import FOLDER_VARIABLE, check_folder
 from service.unix_socket import identity, listen_on_path, remove_own
 from synth.errors import CannotRender, Fault

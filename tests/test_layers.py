@@ -49,7 +49,10 @@ START_UP = (
     "clients/__init__.py",
     "clients/__main__.py",
     "clients/command_line/__init__.py",
+    "clients/command_line/command_arguments.py",
+    "clients/command_line/help_examples.py",
     "clients/command_line/parser.py",
+    "clients/command_line/shared_arguments.py",
 )
 """What every run of the command line reads, `ridgewave --help` too: at module level, argparse and the like only."""
 START_UP_IMPORTS = {"__future__", "argparse", "collections", "os", "textwrap", "typing", "clients"}

@@ -22,7 +22,8 @@ import soundfile
 
 from clients.command_line import main
 from service.app import create_app
-from service.operations.settings import read_settings, setting_fields
+from service.operations.settings import setting_fields
+from service.operations.settings_environment import read_settings
 from synth import open_voice, parse_scene
 from synth.arrays import Block
 from synth.encode.formats import ENDINGS, SoundFormat

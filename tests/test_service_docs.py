@@ -16,7 +16,7 @@ from service.app import create_app
 from service.http.security import OPEN_FOLDER, OPEN_PATHS
 from service.operations import settings
 from service.operations.health import Health
-from service.operations.settings import read_settings
+from service.operations.settings_environment import read_settings
 from synth.errors import Fault
 from tests.readme_blocks import code_blocks
 from tests.service.harness import PATIENCE, serving

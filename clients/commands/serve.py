@@ -7,7 +7,8 @@ from dataclasses import replace
 
 from clients.command_line.exit_codes import INTERRUPTED, TERMINATED, Terminated
 from service.http.page_files import shipped_page
-from service.operations.settings import SettingsError, default_text, read_settings, setting_fields, variable
+from service.operations.settings import default_text, setting_fields, variable
+from service.operations.settings_environment import SettingsError, read_settings
 from service.server import run as run_service
 from synth.errors import Fault
 

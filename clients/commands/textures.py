@@ -18,7 +18,7 @@ from clients.command_line.printing import print_json, print_table, say
 from clients.command_line.progress import Progress
 from service.store.data_folder import VARIABLE, folder_of_environment, tables_folder
 from service.store.own_textures import own_store, texture_named
-from service.store.store import GROUP, StoredTexture
+from service.store.stored_texture import GROUP, StoredTexture
 from synth.encode.part_file import write_whole
 from synth.errors import CannotRender, RidgewaveError
 from synth.scene.catalogue import CatalogueEntry, catalogue

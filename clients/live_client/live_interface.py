@@ -11,9 +11,10 @@ from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from typing import Any, Literal, TypedDict
 
-from clients.client_errors import Problem
-from clients.live_client.live_protocol import LiveProtocol, Reconnect, StreamRequest, not_open
+from clients.client_errors import ClientError, ConnectionLost, Problem
+from clients.live_client.live_protocol import LiveProtocol
 from clients.live_client.reconnection import Backoff
+from clients.live_client.stream_request import Reconnect, StreamRequest
 from clients.live_client.websocket_connection import Address
 from clients.live_client.wire_messages import Applied, Ready
 from clients.scene_and_key import scene_to_send
@@ -231,6 +232,11 @@ class LiveInterface(ABC):
         if self._protocol.ready is None:
             raise not_open()
         return self._protocol.ready
+
+
+def not_open() -> ClientError:
+    """Return the exception for using a stream that is not open."""
+    return ConnectionLost("the stream is not open: use it inside `with`")
 
 
 def _ways_fault(**given: float | None) -> Fault:

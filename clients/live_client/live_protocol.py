@@ -19,52 +19,28 @@ from __future__ import annotations
 import logging
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from typing import Any, Literal
+from dataclasses import replace
+from typing import Any
 
-from clients.client_errors import ClientError, ConnectionLost, Problem, ProtocolError, ResumeLost, StreamEnded
+from clients.client_errors import Problem, ProtocolError, ResumeLost, StreamEnded
 from clients.live_client import wire_messages as wire
 from clients.live_client.credit import Credit, UnderrunCounter
 from clients.live_client.pending_changes import Changes
 from clients.live_client.pending_contact import PendingContact
-from clients.live_client.reconnection import POLICY_CODE, RETRY_AFTER, Backoff, Closure
+from clients.live_client.reconnection import RETRY_AFTER, Backoff, Closure
+from clients.live_client.stream_request import Reconnect, StreamRequest, require_one_of
 from clients.live_client.wire_messages import Applied, Ready
 from clients.pcm_buffer import Block, PcmBuffer, whole_frames
-from clients.scene_and_key import change_to_send, json_text
+from clients.scene_and_key import change_to_send
 from synth.errors import Fault, InvalidRequest, shown
 
 log = logging.getLogger("ridgewave.clients")
 
-Reconnect = Literal["new"] | bool
-
 PROBLEMS_KEPT = 100  # the newest ones; more only take memory
-REALTIME_WAITING = (
-    1.0  # s of sound that may wait to be read; then nothing is received, and the service sees a slow reader
-)
+REALTIME_WAITING = 1.0  # s of sound that may wait to be read; with more, the service is to see a slow reader
 SCENE_REFUSALS = frozenset({"scene-refused", "fixed", "cannot-render"})  # problems that refuse a change of the scene
 LEFT = "left"  # the reason if the `with` block ended before the stream
 ASKED_ENDS = frozenset({"stopped", "finished", LEFT})
-ENDS = {1000: "stopped", 1001: "shutting down", 1008: "policy", 1009: "too large", 4408: "slow reader"}
-
-
-@dataclass(frozen=True, slots=True)
-class StreamRequest:
-    """The request of a `hello` message, and `ahead`: the frames of credit kept beyond those that are read."""
-
-    scene: Mapping[str, Any]
-    sample_format: str = "f32le"
-    pacing: str = "pull"
-    block: int | None = None
-    record: bool = False
-    ahead: int = 0
-
-    def __post_init__(self) -> None:
-        _one_of("format", self.sample_format, ("f32le", "s16le"))
-        _one_of("pacing", self.pacing, ("pull", "realtime"))
-        object.__setattr__(self, "ahead", whole_frames("ahead", self.ahead))  # an int, which JSON can hold
-        if self.block is not None:
-            object.__setattr__(self, "block", whole_frames("block", self.block))
-        json_text(self.scene)
 
 
 class LiveProtocol:
@@ -81,7 +57,7 @@ class LiveProtocol:
         reconnect: Reconnect = True,
         backoff: Backoff | None = None,
     ) -> None:
-        _one_of("reconnect", reconnect, (True, "new", False))
+        require_one_of("reconnect", reconnect, (True, "new", False))
         self.request, self.clock, self.reconnect = request, clock, reconnect
         self.ready: Ready | None = None
         self.plan: Mapping[str, Any] = {}
@@ -158,9 +134,8 @@ class LiveProtocol:
         elif closure.worth_another_try and self.reconnect:
             log.info("live stream: connection lost at frame %d: %s", self.received, closure)
         elif attached and not closure.broken:
-            reason = ENDS.get(closure.code or 0, closure.reason)
-            self.over = StreamEnded(reason, self.received, self._last_problem)
-        elif attached or not self._session_is_gone(closure):
+            self.over = StreamEnded(closure.end_reason, self.received, self._last_problem)
+        elif attached or not closure.tells_session_is_gone(self._last_problem):
             self.over = closure.error(self._last_problem)
         elif self._stopping:
             self.over = StreamEnded("stopped", self.received)  # the service does not keep a session that was stopped
@@ -363,18 +338,3 @@ class LiveProtocol:
         self._last_problem = problem
         if self._attached and problem.kind in SCENE_REFUSALS:
             self._changes.refused(fault.pointer for fault in problem.faults)
-
-    def _session_is_gone(self, closure: Closure) -> bool:
-        """Return whether the service refused to resume because the session, or its past sound, is gone."""
-        problem = self._last_problem or closure.problem
-        return closure.code == POLICY_CODE and problem is not None and problem.kind == "not-found"
-
-
-def not_open() -> ClientError:
-    """Return the exception for using a stream that is not open."""
-    return ConnectionLost("the stream is not open: use it inside `with`")
-
-
-def _one_of(name: str, value: object, allowed: tuple[str | bool, ...]) -> None:
-    if value not in allowed:
-        raise InvalidRequest([Fault("/" + name, shown(value), " or ".join(map(str, allowed)), f"Write {allowed[0]}.")])

@@ -22,6 +22,8 @@ BROKEN_STATUS = frozenset({500, 502, 504})  # from a service or a proxy that may
 FULL_CODE = 1013
 FULL_STATUS = 503
 POLICY_CODE = 1008
+END_REASONS = {1000: "stopped", 1001: "shutting down", 1008: "policy", 1009: "too large", 4408: "slow reader"}
+"""The reason of an end that the service reported by its close code alone."""
 
 FIRST_DELAY = 0.1  # s before the second try, at most; longer extends the silence, shorter burdens a service that starts
 LARGEST_DELAY = 2.0  # s between tries, at most; longer wastes time while the service still keeps the session
@@ -62,6 +64,19 @@ class Closure:
     def worth_another_try(self) -> bool:
         """Whether the same request may succeed soon."""
         return self.broken or self.full
+
+    @property
+    def end_reason(self) -> str:
+        """The reason for which the service ended the stream."""
+        return END_REASONS.get(self.code or 0, self.reason)
+
+    def tells_session_is_gone(self, last: Problem | None) -> bool:
+        """Return whether the service refused to resume because the session, or its past sound, is gone.
+
+        last: the last problem that the service reported on the connection, if any.
+        """
+        problem = last or self.problem
+        return self.code == POLICY_CODE and problem is not None and problem.kind == "not-found"
 
     def error(self, problem: Problem | None = None) -> ClientError:
         """Return the exception for this end. problem: the last problem that the service reported, if any."""

@@ -23,8 +23,8 @@ from typing import TYPE_CHECKING, Any, Self, Unpack
 from websockets.sync.client import ClientConnection, connect
 
 from clients.client_errors import ConnectionLost
-from clients.live_client.live_interface import LiveInterface, LiveOptions
-from clients.live_client.live_protocol import LiveProtocol, not_open
+from clients.live_client.live_interface import LiveInterface, LiveOptions, not_open
+from clients.live_client.live_protocol import LiveProtocol
 from clients.live_client.reconnection import Closed
 from clients.live_client.websocket_connection import (
     READY_SECONDS,

@@ -244,7 +244,7 @@ def main() -> None:
 
 
 def _loaded_engine(cache_bytes: int, folder: Path) -> Any:
-    from service.engine import SynthEngine
+    from service.synth_engine import SynthEngine
     from synth.scene.scene import parse_scene
 
     engine = SynthEngine(cache_bytes, folder)

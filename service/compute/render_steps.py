@@ -24,15 +24,16 @@ from typing import Any, BinaryIO, cast
 
 import numpy as np
 
-from service.compute.area_picture import MOST_AREA, area_of
+from service.compute.area_picture import area_of
+from service.compute.picture_request import read_picture, scene_in_body
 from service.engine import Engine, FiniteVoice, Limiter
 from service.http.content_negotiation import choose_format
 from service.http.sound_headers import describe, metadata_of
-from service.problems import Problem, of, refused
+from service.problems import refused
 from service.store.store import Store
 from synth.encode.containers import closing
 from synth.encode.formats import Block, SoundFormat, block_bytes, encode_all, media_type, open_writer, stream_header
-from synth.errors import CannotRender, Fault, InvalidRequest, SceneError, shown
+from synth.errors import CannotRender, InvalidRequest
 from synth.scene.scene import Scene, channel_count, parse_scene, scene_text
 from synth.scene.text import object_from_text
 from synth.voice.fades import reduction_warning
@@ -40,7 +41,6 @@ from synth.voice.fades import reduction_warning
 WHOLE_SAMPLES = 1 << 20  # 4 MB of float32, 22 s of mono at 48 kHz; held twice while it is encoded
 PIECE_SAMPLES = 1 << 16  # 256 kB per write, about a millisecond of work
 FILE_BYTES = 1 << 16  # read from a finished FLAC at a time
-PICTURE_FIELDS = ("scene", "points", "phases", "area")
 NO_FILE = (
     "a long FLAC needs a temporary file, and none can be made or written here: request WAV, or set TMPDIR to a folder "
     "that can be written."
@@ -159,7 +159,7 @@ def work(engine: Engine, order: Order, body: bytes, store: Store) -> Iterator[Me
         yield from _document(engine.analyze(scene_of(object_from_text(body))))
     else:
         scene, points, phases, area = read_picture(body, scene_of)
-        with _scene_in_body():
+        with scene_in_body():
             picture = engine.picture(scene, points, phases)
         yield from _document(picture | {"texture": picture["texture"] | area_of(scene, area)})
 
@@ -302,56 +302,3 @@ def _temporary_file() -> Iterator[BinaryIO]:
             yield cast(BinaryIO, file)
     except OSError as error:
         raise CannotRender(NO_FILE) from error
-
-
-def read_picture(
-    text: bytes, scene_of: Callable[[object], Scene] = parse_scene
-) -> tuple[Scene, int | None, int | None, int]:
-    """Return the scene, points, phases and area in the body of a picture request.
-
-    Points and phases are None where they are left out.
-
-    scene_of: returns the scene of a document.
-    Raises Problem for an invalid body, SceneError with pointers into the body for an invalid scene.
-    """
-    try:
-        document = object_from_text(text)
-    except SceneError as error:
-        problem = of(error)
-        raise Problem("request-refused", problem.detail, problem.faults) from error
-    unknown = [name for name in document if name not in PICTURE_FIELDS]
-    if unknown:
-        raise refused("", shown(unknown[0]), f"the fields {', '.join(PICTURE_FIELDS)}", "Leave it out.")
-    area = _whole_number(document, "area") or 0
-    if not 0 <= area <= MOST_AREA:
-        raise InvalidRequest([Fault("/area", shown(area), f"0 to {MOST_AREA}", "Leave area out for a line only.")])
-    return (
-        _picture_scene(document.get("scene", {}), scene_of),
-        _whole_number(document, "points"),
-        _whole_number(document, "phases"),
-        area,
-    )
-
-
-def _picture_scene(document: Any, scene_of: Callable[[object], Scene]) -> Scene:
-    if not isinstance(document, dict):
-        raise refused("/scene", shown(document), "a scene, an object", "Write {} for the default.", "scene-refused")
-    with _scene_in_body():
-        return scene_of(document)
-
-
-@contextmanager
-def _scene_in_body() -> Iterator[None]:
-    """Let the pointers of a SceneError point into the field `scene` of the body."""
-    try:
-        yield
-    except SceneError as error:
-        raise SceneError([replace(fault, pointer="/scene" + fault.pointer) for fault in error.faults]) from error
-
-
-def _whole_number(document: dict[str, object], name: str) -> int | None:
-    value = document.get(name)
-    whole = int(value) if isinstance(value, float) and value.is_integer() else value  # JSON Schema: 32.0 is an integer
-    if whole is not None and (isinstance(whole, bool) or not isinstance(whole, int)):
-        raise InvalidRequest([Fault(f"/{name}", shown(value), "a whole number", f"Leave {name} out for the default.")])
-    return whole

@@ -26,6 +26,8 @@ from service.live.messages import LARGEST_BLOCK, SMALLEST_BLOCK, Version
 from service.live.replay_buffer import ReplayBuffer, kept_frames
 from service.live.silence_watchdog import SilenceWatchdog
 from service.operations.metrics import Metrics
+from service.operations.settings import Settings
+from service.problems import Problem
 from service.sessions.fixed_output import open_pinned
 from service.sessions.session_ids import resume_url
 from service.sessions.voice_stream import VoiceStream
@@ -34,6 +36,7 @@ from synth.encode.samples import SoundFormat, block_bytes
 from synth.motion.motion import Update
 from synth.scene.scene import Scene, parse_scene
 from synth.scene.text import json_text
+from synth.scene.trajectory import is_turned
 from synth.voice.fades import faded
 
 BLOCK_SECONDS = 0.01  # default length of a block: 100 per second
@@ -119,6 +122,25 @@ class LiveStream(VoiceStream):
             waiting = self._waiting
             self._newest, self._waiting = update.seq, update if waiting is None else update.after(waiting)
             self._watchdog.heard(now)
+
+    def turned_by(self, update: Update) -> dict[str, Any] | None:
+        """Return the change of the scene for the first `update` that turns the finger on a texture along a line."""
+        if not self.hand.may_turn or self.turning or not is_turned(update.direction or 0.0):
+            return None
+        self.turning = True
+        scan = self.voice.scene.scan
+        constant = {name: getattr(scan, name) for name in ("speed", "load", "lift_load")}
+        return {"scan": {**constant, "direction": update.direction}}
+
+    def own_end(self, settings: Settings) -> tuple[str, Problem | None] | None:
+        """Return why the stream ends by itself before its next block, None if it goes on: the reason and a problem."""
+        if self.voice.finished:
+            return "finished", None
+        if self.frame >= settings.max_stream * self.rate - self.fade_frames:
+            return "too long", None
+        if self.options.record and self.frame >= settings.max_duration * self.rate:
+            return "too long", Problem("too-large", "A recorded session may last as long as RIDGEWAVE_MAX_DURATION.")
+        return None
 
     def begin(self, now: float, late: float = 0.0) -> None:
         """Apply the newest update and a prepared change to the next block. late: lateness of the block, in s."""

@@ -12,7 +12,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from service.problems import Problem
+
 COST_BYTES = 1024  # of a frame that cost one message more: a text of 64 kB takes 1 to 3 ms
+WAITED_SECONDS = 1.0  # for which messages wait unread until the client is told: its motion is heard that much later
 REFUSED = 9  # messages that a refusal costs more: checking and answering takes ten times as long
 
 
@@ -22,6 +25,7 @@ class MessageRate:
     def __init__(self, allowed: int, now: float) -> None:
         self._allowed = allowed
         self._left, self._at = float(allowed), now
+        self._told = False
 
     def spend(self, size: int) -> None:
         """Count a frame of `size` bytes."""
@@ -39,7 +43,17 @@ class MessageRate:
             self._at = now
         return max(0.0, 1.0 - self._left) / self._allowed
 
+    def behind(self, seconds: float) -> Problem | None:
+        """Return what to tell the client, once, whose messages have been waiting for `seconds`; None for nothing."""
+        if seconds <= WAITED_SECONDS or self._told:
+            return None
+        self._told = True
+        most = f"At most {self._allowed} a second are read (RIDGEWAVE_MAX_UPDATES)"
+        rest = "and none while many changes of the scene wait. Motion and changes are heard late: send fewer."
+        return Problem("too-fast", f"Messages of this client have waited for a second. {most}, {rest}")
 
+
+PAUSE_SECONDS = 0.01  # of reading, while a voice that is being opened or a change that is being solved has no room
 MOST_MESSAGES = 256  # more are a mistake of the client; fewer would make it wait while a slow scene opens
 MOST_BYTES = 1 << 18  # of one connection, and one message more
 

@@ -1,13 +1,13 @@
 """The server's end of one WebSocket, between uvicorn and the application.
 
 Model: uvicorn passes a connection on with its upgrade request. The library websockets (`ServerProtocol`, its public
-    interface without I/O) reads the handshake and the frames. `websocket_frames` bounds how much is read in one turn of
-    the event loop. A peer that sends more than the receiver takes is not read for a while, so TCP makes it wait.
-    Outgoing messages are framed here, several per write.
-    A peer that does not read gets LINGER_SECONDS to read the rest and the close code; then its connection is aborted.
-    On a shutdown, streams fade before they are closed. A peer that does not answer a ping is dropped. So is a peer that
-    leaves a frame half-sent, because its pong cannot interrupt the frame.
-Source: RFC 6455; the ASGI specification, 2.4, "WebSocket" and "WebSocket Denial Response".
+    interface without I/O) reads the handshake (`websocket_handshake`) and the frames. `websocket_frames` bounds how
+    much is read in one turn of the event loop. A peer that sends more than the receiver takes is not read for a while,
+    so TCP makes it wait. Outgoing messages are framed here, several per write.
+    On a shutdown, streams fade before they are closed. `websocket_leaving` has the steps after a close. A peer that
+    does not answer a ping is dropped. So is a peer that leaves a frame half-sent, because its pong cannot interrupt the
+    frame.
+Source: RFC 6455; the ASGI specification, 2.4, "WebSocket".
 Limits: no compression. `receive` reports only connect and disconnect; messages are passed on by
     `transport.Wire.deliver`.
 """
@@ -15,22 +15,15 @@ Limits: no compression. `receive` reports only connect and disconnect; messages 
 from __future__ import annotations
 
 import asyncio
-import email.utils
 import logging
 import os
 import socket
-from collections.abc import Callable
-from http import HTTPStatus
 from typing import Any, cast
-from urllib.parse import unquote
 
 from starlette.types import Message
 from uvicorn import Config
 from uvicorn.server import ServerState
-from websockets.datastructures import Headers
-from websockets.exceptions import InvalidMethod
 from websockets.frames import Frame, Opcode
-from websockets.http11 import Request, Response
 from websockets.server import ServerProtocol
 
 from service.http.read_turns import shared_turns
@@ -38,17 +31,15 @@ from service.http.request_target import use_origin_form
 from service.http.security import our_bug
 from service.live.transport import WIRE, Messages, Receiver
 from service.live.websocket_frames import WHOLE_BINARY, WHOLE_TEXT, FrameReader, frame_head
+from service.live.websocket_handshake import Handshake, refusal_bytes, scope_of
+from service.live.websocket_leaving import Leaving
 from service.operations.logs import WithoutHeaders
 from service.problems import Problem
 
 log = logging.getLogger("ridgewave.service")
 
-CLOSE_SECONDS = 1.0  # for the peer to answer a close; what it sends later is not read
-LINGER_SECONDS = 10.0  # after that, for a slow peer to read the rest; longer: dead peers occupy memory
-DISCARD_SECONDS = 0.02  # between two reads that discard what such a peer sends
 SHUTDOWN_SECONDS = 0.5  # for streams to fade on a shutdown
 DOUBT_SECONDS = 0.25  # extra time for a pong, because a late service may not have read it yet
-UNREADABLE = "The head of the request has an invalid header, announces a body, or is too large for a WebSocket."
 TCP = (socket.AF_INET, socket.AF_INET6)
 QUICK_ACK = getattr(socket, "TCP_QUICKACK", None)  # Linux only
 CLOSING = Problem("closing", "The service is shutting down.")
@@ -59,18 +50,11 @@ class PeerGone(ConnectionError):
     """Raised by `send` when the peer is gone."""
 
 
-def _invalid(error: Exception | None) -> Problem:
-    """Return the problem of an invalid handshake. It may name a header, but not its value, which may be a key."""
-    if isinstance(error, InvalidMethod):
-        return Problem("method-not-allowed", "A WebSocket is opened by GET.", headers={"Allow": "GET"})
-    name = getattr(error, "name", None)
-    return Problem("bad-request", f"{name} is invalid for a WebSocket (RFC 6455, 4.2.1)." if name else UNREADABLE)
-
-
 class LiveProtocol(asyncio.Protocol):
     """One connection. The arguments are those that uvicorn passes to the class of its option `ws`."""
 
     transport: asyncio.Transport
+    _leaving: Leaving
 
     def __init__(
         self,
@@ -87,21 +71,21 @@ class LiveProtocol(asyncio.Protocol):
         self._events: asyncio.Queue[Message] = asyncio.Queue()
         self._writable = asyncio.Event()
         self._writable.set()
-        self._answer: Response | None = None  # to the handshake
+        self._handshake = Handshake(self.conn)
         self._refusal: Message | None = None  # the head of the refusal that the application sends
-        self._answered = self._open = self._listening = self._behind = self._lingers = self._over = self._gone = False
+        self._answered = self._open = self._listening = self._behind = self._over = self._gone = False
         self._behind_since = 0.0
         self._ping: bytes | None = None  # the ping whose pong is awaited
         self._doubted = False
         self._owed_pong = b""  # the pong to send when the peer reads again
-        self._leaving: asyncio.TimerHandle | None = None
-        self._timer: asyncio.TimerHandle | None = None  # of the next ping; after the close, of the next read
+        self._timer: asyncio.TimerHandle | None = None  # of the next ping
 
     # Called by uvicorn and the event loop
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Keep the transport."""
         self.transport = cast(asyncio.Transport, transport)
+        self._leaving = Leaving(self.loop, self.transport)
         self._server.connections.add(self)  # type: ignore[arg-type]
 
     def connection_lost(self, exc: Exception | None) -> None:
@@ -110,9 +94,9 @@ class LiveProtocol(asyncio.Protocol):
         self._open, self._gone = False, True
         self._events.put_nowait({"type": "websocket.disconnect", "code": BROKEN})
         self._writable.set()
-        for timer in (self._leaving, self._timer):
-            if timer is not None:
-                timer.cancel()
+        self._leaving.gone()
+        if self._timer is not None:
+            self._timer.cancel()
 
     def pause_writing(self) -> None:
         """The peer has stopped reading."""
@@ -127,10 +111,9 @@ class LiveProtocol(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         """Read what the peer has sent."""
-        if self._lingers:
-            self.transport.pause_reading()
-            self._timer = self.loop.call_later(DISCARD_SECONDS, self.transport.resume_reading)
-        elif self._answer is None:
+        if self._leaving.lingers:
+            self._leaving.discard()
+        elif self._handshake.answer is None:
             self._shake_hands(data)
         elif self._behind or not self._listening:
             self._frames.hold(data)
@@ -155,46 +138,18 @@ class LiveProtocol(asyncio.Protocol):
     # The handshake
 
     def _shake_hands(self, request: bytes) -> None:
-        self.conn.receive_data(request)
-        asked = next(iter(self.conn.events_received()), None)
-        if not isinstance(asked, Request):
-            self._reject(_invalid(self.conn.handshake_exc))
-            return
-        self._answer = self.conn.accept(asked)
-        if self._answer.status_code != HTTPStatus.SWITCHING_PROTOCOLS:
-            self._reject(_invalid(self.conn.handshake_exc))
+        asked = self._handshake.read(request)
+        if isinstance(asked, Problem):
+            self._reject(asked)
             return
         self.transport.pause_reading()  # until `deliver`
         self._events.put_nowait({"type": "websocket.connect"})
-        scope = self._scope(asked)
+        scope = scope_of(asked, self.transport, self._config) | {"state": self._state.copy()}
+        scope["extensions"] = {"websocket.http.response": {}, WIRE: self}
         use_origin_form(scope)
         task = self.loop.create_task(self._serve(scope))
         self._server.tasks.add(task)
         task.add_done_callback(self._server.tasks.discard)
-
-    def _scope(self, asked: Request) -> dict[str, Any]:
-        raw_path, _, query = asked.path.partition("?")
-        root, peer, own = self._config.root_path, *map(self.transport.get_extra_info, ("peername", "sockname"))
-        offered = [name.strip() for line in asked.headers.get_all("Sec-WebSocket-Protocol") for name in line.split(",")]
-        return {
-            "type": "websocket",
-            "asgi": {"version": self._config.asgi_version, "spec_version": "2.4"},
-            "http_version": "1.1",
-            "scheme": "wss" if self.transport.get_extra_info("sslcontext") else "ws",
-            "server": tuple(own[:2]) if isinstance(own, tuple) else None,
-            "client": tuple(peer[:2]) if isinstance(peer, tuple) else None,
-            "root_path": root,
-            "path": root + unquote(raw_path),
-            "raw_path": (root + raw_path).encode("ascii"),
-            "query_string": query.encode("ascii"),
-            "headers": [
-                (name.lower().encode("ascii"), value.encode("latin-1", "surrogateescape"))
-                for name, value in asked.headers.raw_items()
-            ],
-            "subprotocols": offered,
-            "state": self._state.copy(),
-            "extensions": {"websocket.http.response": {}, WIRE: self},
-        }
 
     async def _serve(self, scope: dict[str, Any]) -> None:
         """Run the application, and close what it leaves open."""
@@ -209,8 +164,7 @@ class LiveProtocol(asyncio.Protocol):
             if not self._answered and not self._gone:
                 self._reject(refusal)
             elif self._open:
-                self.transport.close()
-                self._after(CLOSE_SECONDS, self.transport.abort)
+                self._leaving.close()
 
     async def _send(self, message: Message) -> None:
         """Take a message from the application."""
@@ -234,35 +188,23 @@ class LiveProtocol(asyncio.Protocol):
                 self._reject(Problem("not-found", "No WebSocket is served at this path."))
 
     def _accept(self, message: Message) -> None:
-        answer = self._answer
-        assert answer is not None and not self._answered
-        for name, value in message.get("headers", ()):
-            answer.headers[name.decode("latin-1")] = value.decode("latin-1")
-        if message.get("subprotocol"):
-            answer.headers["Sec-WebSocket-Protocol"] = message["subprotocol"]
-        self.conn.send_response(answer)
+        assert not self._answered
+        self._handshake.accept(message)
         self._answered = self._open = True
         self._flush()
         if self._config.ws_ping_interval:
             self._timer = self.loop.call_later(self._config.ws_ping_interval, self._beat)
 
     def _refuse(self, refusal: Message) -> None:
-        headers = Headers([(name.decode("latin-1"), value.decode("latin-1")) for name, value in refusal["headers"]])
-        for name, value in (("Date", email.utils.formatdate(usegmt=True)), ("Connection", "close")):
-            headers.setdefault(name, value)
-        headers.setdefault("Content-Length", str(len(refusal["body"])))
-        self._respond(Response(refusal["status"], HTTPStatus(refusal["status"]).phrase, headers, refusal["body"]))
+        """Answer without an upgrade."""
+        self._answered = True
+        self.transport.write(refusal_bytes(refusal))
+        self._events.put_nowait({"type": "websocket.disconnect", "code": BROKEN})
+        self.transport.close()
 
     def _reject(self, problem: Problem) -> None:
         answer = problem.response(self._state.get("root_path", ""))
         self._refuse({"status": answer.status_code, "headers": answer.raw_headers, "body": answer.body})
-
-    def _respond(self, response: Response) -> None:
-        """Answer without an upgrade."""
-        self._answered = True
-        self.transport.write(response.serialize())
-        self._events.put_nowait({"type": "websocket.disconnect", "code": BROKEN})
-        self.transport.close()
 
     # The interface `service.live.transport.Wire`
 
@@ -328,7 +270,7 @@ class LiveProtocol(asyncio.Protocol):
             self._turns.wait(self._turn)
 
     def _turn(self) -> bool:
-        if self._gone or self._lingers:
+        if self._gone or self._leaving.lingers:
             return False
         self._after_turn(self._frames.read())
         return True
@@ -367,8 +309,7 @@ class LiveProtocol(asyncio.Protocol):
             self._open = False
             self.conn.fail(OURS, "keepalive ping timeout")
             self.transport.write(b"".join(self.conn.data_to_send()))
-            self.transport.close()
-            self._after(CLOSE_SECONDS, self.transport.abort)
+            self._leaving.close()
             return
         self._timer = self.loop.call_later(wait, self._beat)
 
@@ -381,7 +322,7 @@ class LiveProtocol(asyncio.Protocol):
             self._events.put_nowait({"type": "websocket.disconnect", "code": code, "reason": reason})
             self.conn.send_close(code, reason)
             self.transport.write(b"".join(self.conn.data_to_send()))
-            self._after(CLOSE_SECONDS, self._linger)
+            self._leaving.wait_for_close()
 
     def _left(self) -> None:
         """End the connection with a peer that has closed, or that has been closed for an error of protocol."""
@@ -391,26 +332,6 @@ class LiveProtocol(asyncio.Protocol):
             assert close is not None
             self._events.put_nowait({"type": "websocket.disconnect", "code": close.code, "reason": close.reason})
         if self._over:
-            self.transport.close()
-            self._after(LINGER_SECONDS, self.transport.abort)
+            self._leaving.close_after_rest()
         else:
-            self._linger()
-
-    def _linger(self) -> None:
-        """End the sending half after the unsent bytes, and wait until the peer has read them and closes.
-
-        The socket stays open until then. If it were closed with unread bytes in it, the kernel would drop unsent ones.
-        """
-        if self._gone or self.transport.is_closing() or not self.transport.can_write_eof():
-            self.transport.abort()
-            return
-        self._lingers = True
-        self.transport.resume_reading()  # otherwise the end is not noticed
-        self.transport.write_eof()
-        self._after(LINGER_SECONDS, self.transport.abort)
-
-    def _after(self, seconds: float, act: Callable[[], object]) -> None:
-        """Call `act` after `seconds`; it replaces the step of the end that was scheduled before."""
-        if self._leaving is not None:
-            self._leaving.cancel()
-        self._leaving = None if self._gone else self.loop.call_later(seconds, act)
+            self._leaving.linger()

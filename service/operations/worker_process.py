@@ -20,7 +20,7 @@ from fastapi import FastAPI
 
 from service.app import create_app
 from service.operations.logs import set_up_log
-from service.operations.settings import read_settings
+from service.operations.settings_environment import read_settings
 from service.operations.worker_messages import FOLDER_VARIABLE
 
 if TYPE_CHECKING:

@@ -1,1 +1,4 @@
-"""STORE: imported textures, kept in the data folder. `store` keeps them, `owned_textures` is the service's view."""
+"""STORE: imported textures, kept in the data folder.
+
+`store` keeps them in the database of `texture_database`, and `owned_textures` is the view of the service.
+"""

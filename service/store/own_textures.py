@@ -9,7 +9,8 @@ from __future__ import annotations
 from typing import Any
 
 from service.store.data_folder import folder_of_environment
-from service.store.store import Store, StoredTexture
+from service.store.store import Store
+from service.store.stored_texture import StoredTexture
 from synth.scene.catalogue import CatalogueEntry
 
 

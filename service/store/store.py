@@ -1,52 +1,28 @@
 """The store of imported textures: names of owners, and surfaces by their content.
 
-Model: one SQLite database, textures.sqlite, in the data folder. A surface is stored once, under its address. A texture
-    is a name of an owner that points to a surface. Each change is one transaction, so a process that is killed leaves
-    it whole or absent. In WAL mode readers never wait, and writers of several processes take turns. A connection is
-    opened for each call: threads and forked processes share none. In WAL mode a reader makes small files beside the
-    database. Where it cannot, on a full or read-only disk, the file of the database alone is read.
-Source: SQLite, Atomic Commit In SQLite; Write-Ahead Logging.
-Limits: WAL needs a local disk, not a network share. A call waits up to BUSY_SECONDS for another writer.
+Model: a surface is stored once, under its address. A texture is a name of an owner that points to a surface. Each call
+    reads or changes the database (`texture_database`) once.
 """
 
 from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Iterator, Mapping
-from contextlib import closing, contextmanager, suppress
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from service.store.stored_texture import StoredTexture
+from service.store.texture_database import UNREADABLE, TextureDatabase
 from service.store.texture_names import NAME, check_name, is_built_in, numbered
 from synth.errors import CannotRender, Fault, NameTaken, SceneError, shown
-from synth.scene.catalogue import EVERYDAY, FINGER, CatalogueEntry, catalogue_names, lookup
+from synth.scene.catalogue import CatalogueEntry, catalogue_names, lookup
 
 if TYPE_CHECKING:  # a list of textures needs neither numpy nor scenes
     from synth.surfaces.surface_data import SurfaceData
 
-FILE = "textures.sqlite"
-GROUP = "Yours"  # of the list of textures
-BUSY_SECONDS = 20.0
-NO_ROOM = {sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY}
-UNREADABLE = (
-    "the imported textures cannot be read or kept. The data folder (RIDGEWAVE_DATA_FOLDER) must be writable and have "
-    "room, and textures.sqlite in it must be whole."
-)
-TABLES = """
-BEGIN IMMEDIATE;
-CREATE TABLE IF NOT EXISTS surfaces (
-    address TEXT PRIMARY KEY, shape TEXT NOT NULL, spacing TEXT NOT NULL, heights BLOB NOT NULL
-);
-CREATE TABLE IF NOT EXISTS textures (
-    owner TEXT NOT NULL, name TEXT NOT NULL, address TEXT NOT NULL REFERENCES surfaces, kind TEXT NOT NULL,
-    report TEXT NOT NULL, created TEXT NOT NULL DEFAULT (strftime('%Y-%m-%dT%H:%M:%SZ', 'now')),
-    PRIMARY KEY (owner, name)
-);
-CREATE INDEX IF NOT EXISTS textures_by_address ON textures (address);
-COMMIT;
-"""
+COLUMNS = "name, address, kind, report, created"  # of a row of the table textures
 
 
 class StoreFull(CannotRender):
@@ -62,75 +38,6 @@ class Quota:
 
 
 @dataclass(frozen=True, slots=True)
-class StoredTexture:
-    """A texture of the store.
-
-    kind: "profile" or "heightmap".
-    report: of its import (docs/import.md).
-    created: time in UTC, ISO 8601.
-    """
-
-    name: str
-    address: str
-    kind: str
-    report: dict[str, Any]
-    created: str
-
-    @property
-    def texture(self) -> dict[str, Any]:
-        """The texture section of its scene; a set of maps has more fields, which its report holds."""
-        return {"kind": self.kind, "surface": self.address, **self.report.get("texture", {})}
-
-    # The fields of an entry of the catalogue
-
-    @property
-    def title(self) -> str:
-        """One line for a list of textures."""
-        return f"Imported from {self.report['file']}"
-
-    @property
-    def group(self) -> str:
-        """Title of its group."""
-        return GROUP
-
-    @property
-    def note(self) -> str:
-        """What a person should know who feels it."""
-        return " ".join(f"{note}." for note in self.report.get("notes", ()))
-
-    @property
-    def document(self) -> dict[str, dict[str, Any]]:
-        """A partial scene with the texture section."""
-        return {"texture": self.texture}
-
-    @property
-    def everyday(self) -> dict[str, dict[str, Any]]:
-        """A scene in which a fingertip scans the texture."""
-        scan = {field: value for field, (value, _) in EVERYDAY.items()}
-        return {"finger": dict(FINGER), "texture": self.texture, "scan": scan}
-
-    @property
-    def sources(self) -> dict[str, str]:
-        """Empty: a measured surface has a report in place of numbers with their sources."""
-        return {}
-
-    def description(self) -> dict[str, Any]:
-        """Return the texture as a JSON document, with the fields of an entry of the catalogue (docs/http.md)."""
-        return {
-            "name": self.name,
-            "title": self.title,
-            "group": self.group,
-            "note": self.note,
-            "scene": self.document,
-            "everyday": self.everyday,
-            "numbers": {},
-            "address": self.address,
-            "report": self.report,
-            "created": self.created,
-        }
-
-
-@dataclass(frozen=True, slots=True)
 class Store:
     """The store in `folder`. Stores of the same folder are equal.
 
@@ -139,6 +46,10 @@ class Store:
 
     folder: Path
     tells_folder: bool = field(default=False, compare=False)
+
+    @property
+    def _database(self) -> TextureDatabase:
+        return TextureDatabase(self.folder, self.tells_folder)
 
     def keep(
         self, owner: str, name: str, surface: SurfaceData, kind: str, report: Mapping[str, Any], quota: Quota
@@ -152,7 +63,7 @@ class Store:
         check_name(name)
         heights = np.ascontiguousarray(surface.heights, "<f4")
         shape, spacing = json.dumps(surface.heights.shape), json.dumps(surface.spacing)
-        with self._writing() as database:
+        with self._database.writing() as database:
             known = _row(database, owner, name)
             if known is not None and known.address != surface.address:
                 raise NameTaken(f"a texture called {name} exists already. Choose another name, or delete it first.")
@@ -172,7 +83,7 @@ class Store:
 
     def textures(self, owner: str) -> list[StoredTexture]:
         """Return the textures of `owner`, by name."""
-        with self._reading() as database:
+        with self._database.reading() as database:
             rows = database.execute(f"SELECT {COLUMNS} FROM textures WHERE owner = ? ORDER BY name", (owner,))
             return [_texture(row) for row in rows]
 
@@ -180,7 +91,7 @@ class Store:
         """Return the texture `name` of `owner`, or None."""
         if not NAME.fullmatch(name):
             return None
-        with self._reading() as database:
+        with self._database.reading() as database:
             return _row(database, owner, name)
 
     def newest(self, kind: str, most: int) -> list[StoredTexture]:
@@ -189,13 +100,13 @@ class Store:
             "SELECT name, address, kind, report, max(created) FROM textures WHERE kind = ? GROUP BY address "
             "ORDER BY max(created) DESC, max(rowid) DESC LIMIT ?"
         )
-        with self._reading() as database:
+        with self._database.reading() as database:
             return [_texture(row) for row in database.execute(query, (kind, most))]
 
     def rename(self, owner: str, name: str, new: str) -> StoredTexture | None:
         """Rename the texture `name` of `owner`; None if there is none. Raises InvalidRequest, NameTaken."""
         check_name(new)
-        with self._writing() as database:
+        with self._database.writing() as database:
             if _row(database, owner, name) is None:
                 return None
             if new != name and _row(database, owner, new) is not None:
@@ -210,7 +121,7 @@ class Store:
         """
         if not self.textures(former):
             return 0
-        with self._writing() as database:
+        with self._database.writing() as database:
             rows = database.execute("SELECT name, address FROM textures WHERE owner = ?", (former,)).fetchall()
             for name, address in rows:
                 known = _row(database, owner, name)
@@ -228,20 +139,20 @@ class Store:
 
     def has(self, owner: str, address: str) -> bool:
         """Return whether a texture of `owner` has the surface with `address`."""
-        with self._reading() as database:
+        with self._database.reading() as database:
             query = "SELECT 1 FROM textures WHERE owner = ? AND address = ?"
             return database.execute(query, (owner, address)).fetchone() is not None
 
     def delete(self, owner: str, name: str) -> bool:
         """Delete the texture `name` of `owner`, and its surface unless another texture has it; return if it existed."""
-        with self._writing() as database:
+        with self._database.writing() as database:
             found = database.execute("DELETE FROM textures WHERE owner = ? AND name = ?", (owner, name)).rowcount
             database.execute("DELETE FROM surfaces WHERE address NOT IN (SELECT address FROM textures)")
         return found > 0
 
     def surface(self, address: str) -> SurfaceData | None:
         """Return the surface with `address`, or None. The last few stay in memory."""
-        return _cached_surface(self, address)
+        return _cached_surface(self._database, address)
 
     def named(self, document: Any, owner: str) -> Any:
         """Return the `document` of a scene, whole or partial, with a name of `owner` replaced by its surface.
@@ -290,63 +201,6 @@ class Store:
             allowed = "a kind of texture, a name from the catalogue, or the name of an imported texture"
             raise SceneError([Fault("/texture/kind", shown(name), allowed, f'Write "{near}".')])
 
-    # The database
-
-    @property
-    def _path(self) -> Path:
-        return self.folder / FILE
-
-    @contextmanager
-    def _reading(self) -> Iterator[sqlite3.Connection]:
-        if not self._path.exists():
-            with closing(sqlite3.connect(":memory:")) as database:
-                database.executescript(TABLES)
-                yield database
-            return
-        with _plain_errors(self.folder if self.tells_folder else None), closing(self._readable()) as database:
-            yield database
-
-    @contextmanager
-    def _writing(self) -> Iterator[sqlite3.Connection]:
-        with _plain_errors(self.folder if self.tells_folder else None):
-            self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            with closing(self._connected()) as database:
-                database.execute("BEGIN IMMEDIATE")
-                try:
-                    yield database
-                    database.execute("COMMIT")
-                except BaseException:
-                    if database.in_transaction:
-                        database.execute("ROLLBACK")
-                    raise
-
-    def _readable(self) -> sqlite3.Connection:
-        try:
-            return self._connected()
-        except sqlite3.OperationalError as error:
-            log = self._path.with_name(f"{FILE}-wal")  # of changes that are not in the database yet
-            if error.sqlite_errorcode & 0xFF not in NO_ROOM or (log.exists() and log.stat().st_size):
-                raise
-            return sqlite3.connect(f"{self._path.absolute().as_uri()}?mode=ro&immutable=1", uri=True)
-
-    def _connected(self) -> sqlite3.Connection:
-        database = sqlite3.connect(self._path, timeout=BUSY_SECONDS, isolation_level=None)
-        try:
-            made = "SELECT count(*) FROM sqlite_master WHERE name = 'textures_by_address'"  # the last of TABLES
-            if not database.execute(made).fetchone()[0]:
-                database.execute("PRAGMA auto_vacuum = FULL")  # deleting a surface frees its place on the disk
-                database.executescript(TABLES)
-            with suppress(sqlite3.OperationalError):  # refused while another reads or writes: a later call does it
-                database.execute("PRAGMA journal_mode = WAL")
-            database.execute("PRAGMA synchronous = FULL")  # a commit is on the disk: a power cut does not undo it
-        except BaseException:
-            database.close()
-            raise
-        return database
-
-
-COLUMNS = "name, address, kind, report, created"
-
 
 def _texture(row: tuple[str, str, str, str, str]) -> StoredTexture:
     name, address, kind, report, created = row
@@ -373,26 +227,14 @@ def _check_quota(database: sqlite3.Connection, owner: str, quota: Quota) -> None
         raise StoreFull(f"Your textures would have {size} bytes, and {quota.bytes} are kept. Delete one first.")
 
 
-@contextmanager
-def _plain_errors(folder: Path | None) -> Iterator[None]:
-    """Raise CannotRender in place of what SQLite and the file system raise, without their words.
-
-    folder: the data folder, to be told to its owner; None for a peer, who is told no path.
-    """
-    try:
-        yield
-    except (sqlite3.Error, OSError) as error:
-        raise CannotRender(UNREADABLE + (f" It is {folder}." if folder else "")) from error
-
-
-def _read_surface(store: Store, address: str) -> SurfaceData:
+def _read_surface(database: TextureDatabase, address: str) -> SurfaceData:
     import numpy as np
 
     from synth.surfaces.surface_data import SurfaceData
 
-    with store._reading() as database:
+    with database.reading() as connection:
         query = "SELECT shape, spacing, heights FROM surfaces WHERE address = ?"
-        row = database.execute(query, (address,)).fetchone()
+        row = connection.execute(query, (address,)).fetchone()
     if row is None:
         raise KeyError(address)
     shape, spacing, heights = row
@@ -406,10 +248,10 @@ def _read_surface(store: Store, address: str) -> SurfaceData:
     return found
 
 
-def _cached_surface(store: Store, address: str) -> SurfaceData | None:
+def _cached_surface(database: TextureDatabase, address: str) -> SurfaceData | None:
     from synth.response_cache import kept
 
     try:
-        return kept(_read_surface)(store, address)
+        return kept(_read_surface)(database, address)
     except KeyError:
         return None

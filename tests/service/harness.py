@@ -25,10 +25,12 @@ from starlette.types import ASGIApp
 
 from service.app import create_app
 from service.compute.import_process import Imports, _imported
-from service.engine import Engine, SynthEngine
+from service.engine import Engine
 from service.lifespan import Service
-from service.operations.settings import Settings, read_settings, setting_fields, variable
+from service.operations.settings import Settings, setting_fields, variable
+from service.operations.settings_environment import read_settings
 from service.server import LIVE_OPTIONS, listen, shown_address
+from service.synth_engine import SynthEngine
 from synth.response_cache import DEFAULT_BYTES
 
 if TYPE_CHECKING:

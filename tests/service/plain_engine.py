@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from service.engine import FiniteVoice, TableFile, file_of_table
+from service.engine import FiniteVoice, TableFile
+from service.synth_engine import file_of_table
 from synth.encode.formats import Block
 from synth.errors import CannotRender
 from synth.held_memory import Held

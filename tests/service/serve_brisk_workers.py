@@ -9,7 +9,7 @@ import service.operations.worker_metrics
 
 BRISK = service.lifespan.STOP_ANSWER_SECONDS, service.operations.worker_metrics.ANSWER_SECONDS
 
-from service.operations.settings import read_settings  # noqa: E402
+from service.operations.settings_environment import read_settings  # noqa: E402
 from service.server import run  # noqa: E402
 from tests.service.serve_plain_workers import app  # noqa: E402
 

@@ -15,7 +15,7 @@ from fastapi import FastAPI
 import service.lifespan
 import service.operations.worker_metrics
 from service.operations import worker_process
-from service.operations.settings import read_settings
+from service.operations.settings_environment import read_settings
 from service.server import LIVE_OPTIONS, run
 from service.sessions.session_registry import Sessions
 from tests.service.harness import PATIENCE

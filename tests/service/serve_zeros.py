@@ -7,7 +7,7 @@ import sys
 from fastapi import FastAPI
 
 from service.operations import worker_process
-from service.operations.settings import read_settings
+from service.operations.settings_environment import read_settings
 from service.server import run
 from tests.service.zero_engine import ZeroEngine
 

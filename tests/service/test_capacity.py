@@ -22,9 +22,10 @@ import pytest
 from service.app import create_app
 from service.compute.render_process import LOWEST_PRIORITY, Copies
 from service.compute.render_steps import Order, Price, work
-from service.engine import FiniteVoice, SynthEngine
+from service.engine import FiniteVoice
 from service.lifespan import Service
 from service.store.store import Store
+from service.synth_engine import SynthEngine
 from synth import Voice, parse_scene
 from synth.arrays import Block
 from tests.service.harness import PATIENCE, Child, Running, ask, problem, serving, settings_of, until

@@ -35,8 +35,8 @@ from schemathesis.specs.openapi.checks import (
 
 from service import problems
 from service.app import create_app
-from service.engine import SynthEngine
 from service.store.store import Quota
+from service.synth_engine import SynthEngine
 from synth.scene.catalogue import catalogue
 from synth.surfaces.surface_data import SurfaceData
 from tests.service.harness import LOCAL, ask, roomy_settings, settings_of

@@ -15,7 +15,8 @@ import pytest
 from fastapi import FastAPI
 
 from service.app import create_app
-from service.store.store import Quota, Store
+from service.store.store import Quota
+from service.store.texture_database import TextureDatabase
 from synth.surfaces.surface_data import SurfaceData
 from tests.service.harness import ask, problem, serving, settings_of
 from tests.service.live.client import live
@@ -103,7 +104,7 @@ def test_textures_that_cannot_be_adopted_are_told_and_the_service_starts(
 ) -> None:
     address = keep(opened(api_keys="sesame"), "sesame", "cloth", 1)
     with monkeypatch.context() as patch:
-        patch.setattr(Store, "_writing", Store(Path("/dev/null/data"))._writing)
+        patch.setattr(TextureDatabase, "writing", TextureDatabase(Path("/dev/null/data")).writing)
         assert names(opened(owner_keys="lab:sesame"), "sesame") == {}
     assert "do not belong to lab yet" in caplog.text and "sesame" not in caplog.text
     assert names(opened(owner_keys="lab:sesame"), "sesame") == {"cloth": address}

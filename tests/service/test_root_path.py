@@ -19,7 +19,7 @@ from clients import Client, Live
 from clients.live_client.sync_live import WebSocketConnection, open_connection
 from clients.live_client.websocket_connection import Address, Connection
 from service.app import create_app
-from service.operations.settings import SettingsError, read_settings
+from service.operations.settings_environment import SettingsError, read_settings
 from tests.service.harness import PATIENCE, ROOT, Running, ask, outcome_here, serving, settings_of, until
 from tests.service.live.client import live
 from tests.service.nginx import nginx, under_a_path

@@ -15,8 +15,8 @@ from fastapi import FastAPI
 
 import ridgewave as rw
 from service.app import create_app
-from service.engine import SynthEngine
 from service.http.routes.scene import BODY, ThresholdParameters
+from service.synth_engine import SynthEngine
 from synth.perception.threshold import DEFAULT, THRESHOLDS
 from synth.plan import contact_picture as picture
 from synth.scene.scene import scene_schema

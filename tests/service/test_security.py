@@ -11,7 +11,7 @@ import pytest
 from fastapi import FastAPI
 
 from service.app import create_app
-from service.operations.settings import SettingsError
+from service.operations.settings_environment import SettingsError
 from service.server import require_key
 from tests.service.harness import ROOT, ask, problem, settings_of
 from tests.service.plain_engine import PlainEngine

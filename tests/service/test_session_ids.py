@@ -6,7 +6,7 @@ import base64
 
 import pytest
 
-from service.operations.settings import SettingsError
+from service.operations.settings_environment import SettingsError
 from service.sessions.session_ids import LONGEST_ID, new_id, not_found, resume_url
 from tests.service.harness import problem, serving, settings_of
 from tests.service.live.client import live

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from service.operations.settings import Settings, SettingsError, as_environment, read_settings, setting_fields, variable
+from service.operations.settings import Settings, setting_fields, variable
+from service.operations.settings_environment import SettingsError, as_environment, read_settings
 
 BAD = [
     ("host", "a b"),

@@ -11,7 +11,8 @@ import pytest
 from clients.commands import serve
 from service import __main__ as plain_command
 from service.http import page_files
-from service.operations.settings import Settings, as_environment, read_settings
+from service.operations.settings import Settings
+from service.operations.settings_environment import as_environment, read_settings
 
 ARGUMENTS = argparse.Namespace(host=None, port=0, uds=None, workers=None)
 

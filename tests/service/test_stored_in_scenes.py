@@ -13,9 +13,9 @@ from fastapi import FastAPI
 
 import ridgewave as rw
 from service.app import create_app
-from service.engine import SynthEngine
 from service.store.data_folder import data_folder
 from service.store.store import Quota, Store
+from service.synth_engine import SynthEngine
 from synth.scene.scene import parse_scene
 from synth.surfaces.surface_data import SurfaceData
 from tests.conftest import RunsRidgewave

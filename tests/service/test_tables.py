@@ -16,8 +16,8 @@ from fastapi import FastAPI
 from clients import Client, ProtocolError
 from service.app import create_app
 from service.compute import work_places
-from service.engine import SynthEngine
 from service.store.store import Quota, Store
+from service.synth_engine import SynthEngine
 from synth.plan import scene_table
 from synth.response.table_file import table_of_bytes
 from synth.response_cache import DEFAULT_BYTES

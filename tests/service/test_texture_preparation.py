@@ -15,10 +15,10 @@ import pytest
 
 from service.compute import texture_preparation
 from service.compute.texture_preparation import LOCK, TexturePreparation, solve_ahead
-from service.engine import SynthEngine
 from service.lifespan import Service
 from service.store.data_folder import tables_folder
 from service.store.store import Quota, Store
+from service.synth_engine import SynthEngine
 from synth.errors import CannotRender
 from synth.kept_files import KeptFiles
 from synth.scene.catalogue import FINGER, catalogue

@@ -18,7 +18,7 @@ from PIL import Image
 
 from service.app import create_app
 from service.compute.import_process import Imports
-from service.engine import SynthEngine
+from service.synth_engine import SynthEngine
 from synth.scene.catalogue import catalogue_names
 from tests.service.harness import ask, problem, settings_of
 from tests.synth.surfaces.maps.map_sets import CASES, made, surface

@@ -25,7 +25,8 @@ from service.http.routes.textures import entry_document
 from service.lifespan import Service, service_of
 from service.operations.settings import Settings
 from service.problems import Problem, of, refused
-from service.store.store import StoredTexture, StoreFull
+from service.store.store import StoreFull
+from service.store.stored_texture import StoredTexture
 from service.store.texture_names import ALLOWED_NAME, check_name, name_from_file
 from synth.errors import CannotRender, NameTaken, SceneError, shown
 from synth.scene.text import object_from_text

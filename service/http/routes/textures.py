@@ -20,7 +20,7 @@ from service.http.content_negotiation import is_known
 from service.http.rate_limits import KEY
 from service.lifespan import service_of
 from service.problems import Problem
-from service.store.store import StoredTexture
+from service.store.stored_texture import StoredTexture
 from synth.errors import SceneError
 from synth.scene.catalogue import CatalogueEntry, catalogue, lookup
 from synth.scene.text import json_text

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from clients.command_line.parser import EXAMPLES, build_parser, parse
+from clients.command_line.help_examples import EXAMPLES
+from clients.command_line.parser import build_parser, parse
 from clients.command_line.tab_completion import fields, quantities, scenes, textures
 from service.store.own_textures import own_store
 from service.store.store import Quota

@@ -6,8 +6,9 @@ import json
 from collections.abc import Callable
 from typing import Any
 
-from clients.live_client.live_protocol import LiveProtocol, Reconnect, StreamRequest
+from clients.live_client.live_protocol import LiveProtocol
 from clients.live_client.reconnection import Backoff, Closure
+from clients.live_client.stream_request import Reconnect, StreamRequest
 from tests.clients.live_client import fake_live
 from tests.clients.live_client.fake_live import RATE, Message
 

@@ -15,8 +15,9 @@ from websockets.frames import Frame, Opcode
 from websockets.protocol import Protocol, Side
 
 from clients import ConnectionLost, ProtocolError, ResumeLost
-from clients.live_client.live_protocol import LiveProtocol, StreamRequest
+from clients.live_client.live_protocol import LiveProtocol
 from clients.live_client.reconnection import Backoff, Closure
+from clients.live_client.stream_request import StreamRequest
 from synth.errors import InvalidRequest
 from tests.clients.live_client.fake_live import Answer, Close, Message, Service
 from tests.clients.live_client.protocol_cases import BROKEN, Clock, opened, protocol_of, ready, sent, told

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from clients import ConnectionLost, ProtocolError, RefusedError, ServiceError, StreamEnded
-from clients.live_client.live_protocol import StreamRequest
 from clients.live_client.reconnection import Closure
+from clients.live_client.stream_request import StreamRequest
 from clients.live_client.wire_messages import subprotocols
 from synth.errors import InvalidRequest
 from tests.clients.live_client import fake_live

@@ -164,11 +164,11 @@ class Driver:
             messages = block.messages
             if messages is None:
                 messages = self.machine.messages(self.stream.render(block.frames), block.frames, self.now)
-            self.machine.pace.writing(self.now)
+            self.machine.blocks.pace.writing(self.now)
             for message in messages:
                 self.sent.append(message if isinstance(message, bytes) else json.loads(message))
                 self.times.append(self.now)
-            self.machine.pace.written(self.now)
+            self.machine.blocks.pace.written(self.now)
             self.perform()
             count += 1
         self.perform()

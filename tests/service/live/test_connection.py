@@ -154,7 +154,7 @@ def test_a_peer_that_was_slow_for_a_moment_is_told_and_hears_everything() -> Non
         wire.say("hello", pacing="realtime")
         await eventually(lambda: len(wire.written) > 5)
         wire.taking.clear()
-        pace = wire.connection.conversation.pace
+        pace = wire.connection.conversation.blocks.pace
         await eventually(lambda: time.perf_counter() - pace.due > 0.7)
         wire.taking.set()
         await eventually(lambda: time.perf_counter() < pace.due)

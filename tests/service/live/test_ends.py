@@ -7,10 +7,10 @@ import json
 import numpy as np
 import pytest
 
-from service.engine import SynthEngine
 from service.live.conversation import Phase
 from service.live.live_stream import Options
 from service.problems import Problem
+from service.synth_engine import SynthEngine
 from synth.encode.samples import SoundFormat, block_bytes
 from synth.scene.scene import parse_scene
 from synth.voice.recording import Recording

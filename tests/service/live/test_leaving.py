@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from service.live import websocket
+from service.live import websocket, websocket_leaving
 from tests.bench.live_frames import BINARY, frame
 from tests.service.faults.caller import Caller
 from tests.service.harness import Running, serving, until, warmed_up
@@ -39,7 +39,7 @@ def asleep(running: Running, slept: float) -> Caller:
 def test_a_slow_reader_that_wakes_late_hears_all_it_is_owed_and_its_code(engine: PlainEngine) -> None:
     with serving(engine, slow_reader=0.2) as running:
         warmed_up(running, engine)
-        with asleep(running, 2.0 * websocket.CLOSE_SECONDS) as caller:
+        with asleep(running, 2.0 * websocket_leaving.CLOSE_SECONDS) as caller:
             caller.read()
             assert caller.code == 4408, caller.messages
             (end,) = caller.named("end")
@@ -53,8 +53,8 @@ def connections(running: Running) -> list[websocket.LiveProtocol]:
 
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(websocket, "CLOSE_SECONDS", 0.1)
-    monkeypatch.setattr(websocket, "LINGER_SECONDS", 0.4)
+    monkeypatch.setattr(websocket_leaving, "CLOSE_SECONDS", 0.1)
+    monkeypatch.setattr(websocket_leaving, "LINGER_SECONDS", 0.4)
 
 
 @pytest.mark.usefixtures("impatient")
@@ -73,7 +73,7 @@ def test_one_that_floods_and_never_closes_is_dropped_and_not_listened_to(running
         caller.hello()
         (connection,) = connections(running)
         caller.say(type="stop")
-        until(lambda: connection._lingers)
+        until(lambda: connection._leaving.lingers)
         parsed = 0
 
         def counted(data: bytes | bytearray) -> None:
@@ -88,7 +88,7 @@ def test_one_that_floods_and_never_closes_is_dropped_and_not_listened_to(running
                 sent += len(flood)
         assert time.monotonic() < began + 60.0, "it was let go on"
     assert sent > 0 and parsed == 0
-    most = PIECE * (websocket.LINGER_SECONDS / websocket.DISCARD_SECONDS + 2) + ROOM_OF_SOCKETS
+    most = PIECE * (websocket_leaving.LINGER_SECONDS / websocket_leaving.DISCARD_SECONDS + 2) + ROOM_OF_SOCKETS
     assert sent <= most
 
 
@@ -96,7 +96,7 @@ def test_one_that_closes_late_is_let_go_at_once(running: Running) -> None:
     with Caller(port_of(running)) as caller:
         caller.hello().say(type="stop")
         (connection,) = connections(running)
-        until(lambda: connection._lingers)
+        until(lambda: connection._leaving.lingers)
         caller.read()
         assert caller.code == 1000
-    until(lambda: not connections(running), 0.9 * websocket.LINGER_SECONDS)
+    until(lambda: not connections(running), 0.9 * websocket_leaving.LINGER_SECONDS)

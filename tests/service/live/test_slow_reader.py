@@ -25,7 +25,7 @@ def stall(driver: Driver, seconds: float) -> None:
     block = driver.machine.next_block(lambda: driver.now)
     assert block is not None
     messages: list[Any] = block.messages or []
-    driver.machine.pace.writing(driver.now)
+    driver.machine.blocks.pace.writing(driver.now)
     until = driver.now + seconds
     while driver.now < until and driver.closed is None:
         driver.now += 0.05
@@ -34,7 +34,7 @@ def stall(driver: Driver, seconds: float) -> None:
     if driver.closed is None:
         driver.sent += messages
         driver.times += [driver.now] * len(messages)
-        driver.machine.pace.written(driver.now)
+        driver.machine.blocks.pace.written(driver.now)
 
 
 def test_a_short_stall_is_caught_up_without_a_word() -> None:
@@ -72,9 +72,9 @@ def test_many_small_waits_add_up() -> None:
         block = driver.machine.next_block(lambda: driver.now)
         driver.perform()
         if block is not None:
-            driver.machine.pace.writing(driver.now)
+            driver.machine.blocks.pace.writing(driver.now)
             driver.now += 0.0125
-            driver.machine.pace.written(driver.now)
+            driver.machine.blocks.pace.written(driver.now)
     assert driver.closed is not None and driver.closed.code == 4408 and driver.order().count("problem") == 1
 
 

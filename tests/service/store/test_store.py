@@ -16,7 +16,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from service.store.store import FILE, Quota, Store, StoredTexture, StoreFull
+from service.store.store import Quota, Store, StoreFull
+from service.store.stored_texture import StoredTexture
+from service.store.texture_database import FILE
 from service.store.texture_names import name_from_file
 from synth.errors import CannotRender, InvalidRequest, NameTaken
 from synth.surfaces.surface_data import SurfaceData
