@@ -76,7 +76,7 @@ class Simulated:
         for one in solved.effects.called:
             if isinstance(one.effect, BalanceEffect):
                 terms = one.effect.balanced(terms, one.settings)
-        request = SimulationCase(*solved.request, solved.contact, solved.tolerance, solved.mean)
+        request = SimulationCase(*solved.request, solved.contact, solved.tolerance, solved.mean, solved.spectrum)
         return cls(case, solved.effects.simulation, request, terms)
 
     @property

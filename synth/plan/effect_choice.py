@@ -26,6 +26,7 @@ from synth.errors import Fault, SceneError
 from synth.plan.request import Request
 from synth.response.mean_approach import Mean
 from synth.response.reading_filter import ORDERS
+from synth.response.spectrum import Spectrum
 from synth.response.table_error import QUANTITIES
 from synth.scene.effects_section import AUTO, FrozenMapping, declaration
 from synth.scene.scene import Scene
@@ -42,11 +43,19 @@ class SimulationCase(Request):
     contact: the contact, in the shape that the effects give it.
     tolerance: the tolerance as a number.
     mean: of z over a period (m), as `Preparation` has it.
+    spectrum: the series of z at the scan's load, without the effects on the balance; None where it is not known.
     """
 
     contact: Contact
     tolerance: float
     mean: Mean | None = None
+    spectrum: Spectrum | None = None
+
+    @property
+    def known(self) -> Spectrum | None:
+        """The series of a constant scan, from which its simulation differs by the effects alone."""
+        pressed = self.scene.scan.load >= self.scene.scan.lift_load
+        return self.spectrum if pressed and not self.moving else None
 
     @property
     def orders(self) -> tuple[int, ...]:

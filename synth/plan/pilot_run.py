@@ -3,6 +3,9 @@
 Stage   2 (PLAN), used by `simulation_plan`.
 Model   A pilot is a run of whole texture periods of the steady scan. A stroke or a recording is also run along its own
         motion.
+        The points or the table of a simulation err by the same amount with the effects and without them. The motion
+        of a contact without them is known to the tolerance, so what a constant scan takes from a simulation is the
+        difference that the effects make (a control variate).
 Limits  A period that is longer than LONGEST_PILOT is run in part.
 """
 
@@ -23,6 +26,7 @@ from synth.scene.output_section import BAND
 
 PILOT, LONGEST_PILOT = 0.05, 20.0  # s, shortest run of whole periods, and longest run if a period is longer than that
 LONGEST_OWN = 10.0  # s of a recording along which the change by the effects is computed
+SEARCHED = 6  # periods that are run to find a steady motion, its error and that of the contact without effects
 OWN = 1.0  # s of a stroke or a recording along which the number of steps is judged
 
 
@@ -49,7 +53,10 @@ class Pilot:
     @property
     def work(self) -> float:
         """Predicted time of its steps, s."""
-        return float(work_of(self.simulation) * self.moved.shape[1] / self.simulation.scene.output.sample_rate)
+        simulation, steady = self.simulation, self.simulation.steady
+        if steady is not None and steady.waves is not None and not self.own.size:
+            return SEARCHED * steady.steps * simulation.stepper.step_time
+        return float(work_of(simulation) * self.moved.shape[1] / simulation.scene.output.sample_rate)
 
     def differs_from(self, other: Pilot) -> tuple[float, ...]:
         """Return the largest difference of each order from `other`, relative to the peak-to-peak."""
@@ -69,8 +76,12 @@ def started(simulation: Simulation, case: SimulationCase) -> Pilot:
         crossings = case.scene.texture.period / case.scene.finger.ridge_period
         period = Period.of(case.turns, case.nominal.scan.load, steps_of_period(simulation, case))
         asked = period, crossings, case.tolerance, simulation.steady, case.highest
-        heavy = is_heavy(case, simulation.stepper.mass)
-        simulation = replace(simulation, steady=steady_of(simulation.stepper, *asked, of_mass=heavy))
+        stepper, heavy = simulation.stepper, is_heavy(case, simulation.stepper.mass)
+        steady = steady_of(stepper, *asked, of_mass=heavy)
+        if case.known is not None and steady.waves is not None:
+            elastic = steady_of(stepper.elastic, period, crossings, case.tolerance, None, case.highest, of_mass=False)
+            steady = replace(steady, missed=case.known.harmonics[: case.highest + 1] - elastic.height())
+        simulation = replace(simulation, steady=steady)
     return run_pilot(simulation, case)
 
 

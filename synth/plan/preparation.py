@@ -67,7 +67,7 @@ class Preparation(Request):
     def stepped(self) -> bool:
         """True if a simulation is run step by step, instead of being read from the series of its period."""
         plan = None if self.effects is None else self.effects.simulation
-        return plan is not None and (self.moving or plan.series(0) is None)
+        return plan is not None and not plan.of_series
 
     @property
     def steady(self) -> SteadyScan:

@@ -246,7 +246,7 @@ def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> P
 def _with_effects(solved: Preparation, shapes: PreparedEffects) -> Preparation:
     """Return `solved` with its effects, and with channels that take a simulation into account."""
     assert solved.contact is not None
-    case = SimulationCase(*solved.request, solved.contact, solved.tolerance, solved.mean)
+    case = SimulationCase(*solved.request, solved.contact, solved.tolerance, solved.mean, solved.spectrum)
     effects = effects_of(case, shapes)
     if effects.simulation is None:
         return replace(solved, effects=effects)

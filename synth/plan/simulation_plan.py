@@ -9,7 +9,8 @@ Model   Points: their distance is halved until their error, from the change of t
         Change: a pilot of the same contact without mass, memory and adhesion shows what the effects change.
         `errors` is the sum of
         - the change by twice the steps, plus a third of it (second order);
-        - for skin, the change by half the points; for a table, the change by half as many phases and heights;
+        - for skin, the change by half the points; for a table, the change by half as many phases and heights; of a
+          constant scan only of the difference that the effects make (`pilot_run`), and the error of the series;
         - what has not settled where the scan begins;
         - what the filter lets through, and what that of a live voice takes from the end of the band. A constant scan
           whose motion repeats has no filter.
@@ -34,7 +35,7 @@ from synth.effects.simulation.terms import ELASTIC, Terms
 from synth.motion.moved_skin import mover_of
 from synth.plan.contact_steppers import point_stepper, slope_forces, table_stepper
 from synth.plan.effect_choice import SimulationCase, relative_change
-from synth.plan.pilot_run import LONGEST_OWN, Pilot, is_heavy, run_own, run_pilot, started, work_of
+from synth.plan.pilot_run import LONGEST_OWN, SEARCHED, Pilot, is_heavy, run_own, run_pilot, started, work_of
 from synth.response.demand import Complex
 from synth.response.lift_gate import gate
 from synth.sampling.band_edge import WHOLE_TO, edge_of
@@ -49,10 +50,10 @@ LEAST_ATTENUATION, MOST_ATTENUATION = 70.0, 140.0  # dB
 FEWEST_STEPS = 96e3  # smallest number of steps per second: contacts change within tens of microseconds
 SETTLING = 0.5  # s that are simulated before the first frame of a run that begins in the middle of its motion
 BUSY, BUSY_FILE = 0.14, 8.0  # predicted s of work per second: more hinders other live voices; files would take hours
-PATIENCE, PATIENCE_FILE = 0.2, 1.0  # predicted s of work of the next finer pilot, live and for a file
+PATIENCE, PATIENCE_FILE = 0.2, 3.0  # predicted s of work of the next finer pilot, live and for a file
 SHARED = 1.5  # measured over predicted time on a processor that shares its caches: 1 to 2 were seen
 FEWEST_POINTS, MOST_POINTS = 65, 16385  # along a line: fewer points save less than a call costs; the most take 30 us
-MOST_OVER_AREA = 65536  # over an area: 10 MB of states
+MOST_OVER_AREA = 1 << 17  # over an area: 20 MB of states
 SETTLED = 0.4  # largest change of a quantity by twice the steps, as a part of the tolerance
 TABLE_STEPS = 0.25  # the same, live, as a part of the error of the table if that is larger: more steps would not help
 TOO_COARSE = 4.0  # error of a file's table over the tolerance, above which points replace the table; they cost more
@@ -75,6 +76,7 @@ class SimulationPlan:
     finer: the same simulation with steps of half the length.
     coarser: two simulations that differ in their points or in their table only, the coarser one first; or none.
     filtered: the part of `errors` by the filter.
+    of_series: whether the samples are read from the series of a period, instead of being simulated while it plays.
     """
 
     simulation: Simulation
@@ -86,6 +88,7 @@ class SimulationPlan:
     finer: Simulation
     coarser: tuple[Simulation, ...]
     filtered: float
+    of_series: bool
 
     @property
     def nominal(self) -> Simulation:
@@ -129,8 +132,8 @@ class SimulationPlan:
 
     @property
     def work(self) -> float:
-        """Predicted processor time of a second of sound, s."""
-        return SHARED * work_of(self.simulation)
+        """Predicted processor time of the steps of a second of sound, s."""
+        return 0.0 if self.of_series else SHARED * work_of(self.simulation)
 
 
 def plan_simulation(case: SimulationCase, terms: Terms, *, of_points: bool = False) -> SimulationPlan:
@@ -165,7 +168,7 @@ def plan_simulation(case: SimulationCase, terms: Terms, *, of_points: bool = Fal
             replace(tried.simulation, steps=steps, filters=_filters_of(case, terms, steps, judged=True)), case
         )
         of_steps = finer.differs_from(tried)
-        dear = work_of(finer.simulation) > busy or 2.0 * finer.work > patience
+        dear = (case.known is None and work_of(finer.simulation) > busy) or 2.0 * finer.work > patience
         if not tried.repeats or dear or all(map(float.__le__, of_steps, allowed)):
             break
         tried = finer
@@ -176,10 +179,13 @@ def plan_simulation(case: SimulationCase, terms: Terms, *, of_points: bool = Fal
     of_series = not case.moving and steady is not None and steady.waves is not None
     filtered = 0.0 if of_series else 10.0 ** (-_attenuation_of(case) / 20.0) + filters.droop
     parts = zip(of_steps, of_contact, _start_errors(case, tried), strict=True)
-    errors = tuple(4.0 / 3.0 * steps + sum(others) + filtered for steps, *others in parts)
+    known = case.known.errors if of_series and case.known is not None else (0.0,) * len(case.orders)
+    errors = tuple(
+        4.0 / 3.0 * steps + sum(others) + filtered + own for (steps, *others), own in zip(parts, known, strict=True)
+    )
     ready = replace(heard.simulation, scene=case.scene, offset=heard.offset)
     twice, *halves = (replace(one, filters=_filters_of(case, terms, one.steps)) for one in (finer.simulation, *pair))
-    return SimulationPlan(ready, case.orders, change, errors, peaks, heard, twice, tuple(halves), filtered)
+    return SimulationPlan(ready, case.orders, change, errors, peaks, heard, twice, tuple(halves), filtered, of_series)
 
 
 def resized(plan: SimulationPlan, case: SimulationCase, terms: Terms, steps: int, stepper: Stepper) -> Simulation:
@@ -202,6 +208,8 @@ def _points(case: SimulationCase, terms: Terms, busy: float) -> list[int]:
     from synth.effects.simulation.skin_steps import point_seconds
 
     steps, finer = max(2.0 * case.scene.output.sample_rate, FEWEST_STEPS), refinement(case)
+    if case.known is not None:  # only the search takes time
+        steps, busy = SEARCHED * steps / max(abs(case.turns), 1e-9), PATIENCE if case.live else PATIENCE_FILE
     in_rows, attracts = not case.contact.of_one_line, terms.adhesion is not None
     seconds = point_seconds(terms.skin or ELASTIC, in_rows=in_rows, attracts=attracts)
     most = MOST_POINTS if case.contact.of_one_line else MOST_OVER_AREA

@@ -100,6 +100,7 @@ class SteadyMotion:
     steps: number of steps of a period in the search.
     repeats: whether the motion repeats with the texture.
     waves: of a motion that repeats, as `Waves.of` has them.
+    missed: harmonics of z that its points or table miss, as far as they are known; they are added to those of `waves`.
     """
 
     state: Any
@@ -108,6 +109,12 @@ class SteadyMotion:
     steps: int
     repeats: bool
     waves: Waves | None
+    missed: Complex | float = 0.0
+
+    def height(self) -> Complex:
+        """Return the harmonics of z, of a motion that has waves."""
+        assert self.waves is not None
+        return np.asarray(self.waves.harmonics[HEIGHT] + self.missed)
 
     def at(self, stepper: Stepper, phase: int, step: float) -> Any:
         """Return the state at `phase`, ready to continue in steps of `step` (s)."""

@@ -105,7 +105,7 @@ class Simulation:
         if self.steady is None or self.steady.waves is None:
             return None
         waves, scan, period = self.steady.waves, self.scene.scan, self.scene.texture.period
-        row = waves.harmonics[HEIGHT if signal.kind == RESPONSE else ROW_OF[signal.kind]]
+        row = self.steady.height() if signal.kind in (RESPONSE, WHOLE) else waves.harmonics[ROW_OF[signal.kind]]
         found = row * (2j * math.pi * scan.speed / period * np.arange(len(row))) ** signal.order
         if signal.kind == RESPONSE and signal.order == 0:
             found[0] -= self.rest(max(scan.load, 0.0))

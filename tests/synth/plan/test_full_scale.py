@@ -237,6 +237,7 @@ def test_a_simulated_constant_scan_has_the_level_of_its_own_frames(effect: str) 
     scene = {"texture": {"period": 20e-3, "amplitude": 20e-6}, "effects": {effect: {}}}
     for seconds in (0.05, 0.2, 0.3):  # a period takes 0.25 s
         sound = rw.render({**scene, "output": {"duration": seconds, "sample_rate": 8000, "fade": 0.01}})
+        assert sound.plan is not None
         assert not any("may peak above or below 0.8" in one for one in sound.plan.warnings)
         assert np.max(np.abs(sound.values)) / sound.full_scale[0] == pytest.approx(0.8, rel=1e-5)
 
