@@ -52,10 +52,15 @@ class SimulationCase(Request):
     spectrum: Spectrum | None = None
 
     @property
+    def constant(self) -> bool:
+        """Whether the samples may be the series of a period: those of a constant scan."""
+        return self.turns != 0.0 and not self.moving
+
+    @property
     def known(self) -> Spectrum | None:
         """The series of a constant scan, from which its simulation differs by the effects alone."""
         pressed = self.scene.scan.load >= self.scene.scan.lift_load
-        return self.spectrum if pressed and not self.moving else None
+        return self.spectrum if pressed and self.constant else None
 
     @property
     def orders(self) -> tuple[int, ...]:

@@ -16,7 +16,7 @@ from synth.effects.effect import AddedChannel, BalanceEffect, Effect, Kind, Outp
 from synth.effects.simulation.terms import Terms
 from synth.errors import SceneError
 from synth.motion.motion import LARGEST_LOAD
-from synth.plan.channels import NEARLY, PEAK, STILL, ChannelPlan, extent_and_peak
+from synth.plan.channels import NEARLY, PEAK, ROUNDING, STILL, ChannelPlan, extent_and_peak
 from synth.plan.effect_choice import (
     LeftOut,
     SimulatedEffect,
@@ -214,7 +214,8 @@ def simulated_channel(
     scale = full_scale or (peak / PEAK if peak > STILL else 1.0)
     if full_scale is None and along and base.is_approach:
         scale = base.full_scale
-    return ChannelPlan(base.quantity, base.order, scale, plan.errors[place], extent, reader, level)
+    rounding = ROUNDING * max(1.0, abs(level) / extent) if reader is not None and extent > 0.0 else 0.0
+    return ChannelPlan(base.quantity, base.order, scale, plan.errors[place] + rounding, extent, reader, level)
 
 
 def _simulated(case: SimulationCase) -> tuple[SimulationPlan | None, list[SimulatedEffect], list[LeftOut]]:

@@ -26,7 +26,7 @@ from synth.response.spectrum import SPECTRUM_FORM, Spectrum, solve_spectrum
 from synth.response.table_making import HEAVIEST
 from synth.response_cache import ResponseCache
 
-SERIES_SHARE = 0.7  # part of a moving scan's tolerance for its series; the folded error of a landing uses the rest
+SERIES_SHARE = 0.7  # part of the tolerance of a scan that moves or is simulated; landings, steps and points: the rest
 TIGHTEST, LOOSEST = 1e-7, 3e-2  # range of the tolerance for "imperceptible", which is the range of accuracy.tolerance
 OF_LEVELS = 2e-2  # least tolerance of a series that gives only the levels of a live voice, which solves directly
 
@@ -42,13 +42,14 @@ def shaped_contact(
         contact.geometry_at(max(*loads, scene.scan.lift_load))  # raises if the contact is too long at this load
     if asked.live and asked.of_levels:
         tolerance = max(tolerance, OF_LEVELS)
-    share = SERIES_SHARE if asked.moving else 1.0
+    simulated = any(asked_effects(scene, Kind.BALANCE))
+    share = SERIES_SHARE if asked.moving or simulated else 1.0
     still = 0.0 if asked.live and asked.moving else SMALLEST_MOTION
     slower = 0 if asked.load_varies else asked.reach
     demand = Demand(max(asked.highest, 1), asked.orders, share * spendable(tolerance), still, slower)
     long = asked.stretch is not None
     # the making of a table refines it
-    if any(asked_effects(scene, Kind.BALANCE)) or ((asked.load_varies or long) and not asked.live):
+    if simulated or ((asked.load_varies or long) and not asked.live):
         usual, ends = pressed(scene), (0.0, HEAVIEST) if asked.by_hand else loads
         judged = tuple(sorted({max(load, scene.scan.lift_load) for load in (*ends, usual)}))
         contact = fine_enough(contact, judged, usual, demand)

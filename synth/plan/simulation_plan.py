@@ -36,6 +36,7 @@ from synth.motion.moved_skin import mover_of
 from synth.plan.contact_steppers import point_stepper, slope_forces, table_stepper
 from synth.plan.effect_choice import SimulationCase, relative_change
 from synth.plan.pilot_run import LONGEST_OWN, SEARCHED, Pilot, is_heavy, run_own, run_pilot, started, work_of
+from synth.plan.simulation_error import left_by_series, start_errors, table_errors
 from synth.response.demand import Complex
 from synth.response.lift_gate import gate
 from synth.sampling.band_edge import WHOLE_TO, edge_of
@@ -57,10 +58,9 @@ MOST_OVER_AREA = 1 << 17  # over an area: 20 MB of states
 SETTLED = 0.4  # largest change of a quantity by twice the steps, as a part of the tolerance
 TABLE_STEPS = 0.25  # the same, live, as a part of the error of the table if that is larger: more steps would not help
 TOO_COARSE = 4.0  # error of a file's table over the tolerance, above which points replace the table; they cost more
-POINTS_SHARE = 0.5  # error of the skin's points, as a part of the tolerance
+POINTS_SHARE = 0.4  # error of the skin's points, as a part of the tolerance
 LEFT_BY_POINTS = 0.55  # error over the change by half the points: order 1.5, from kinks where surfaces begin to touch
 LEFT_BY_CORNERS = 1.0  # the same on a texture with corners: order 1
-LEFT_BY_TABLE = 1.0  # error over the change by a table half as fine: derivatives of z gain one order, or less
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,33 +142,26 @@ def plan_simulation(case: SimulationCase, terms: Terms, *, of_points: bool = Fal
     ends_move = case.load_varies and not case.contact.of_one_surface  # no table serves all loads
     of_points = of_points or terms.skin is not None or ends_move or not case.scene.scan.along_x
     of_points = of_points or slope_forces(case) > 1  # a table has the energy along x only
+    if slope_forces(case):  # a force takes nothing from the series, and needs as many points as before
+        case = replace(case, spectrum=None)
     busy, patience = (BUSY, PATIENCE) if case.live else (BUSY_FILE, PATIENCE_FILE)
     counts = _points(case, terms, busy) if of_points else [0]
     tried = started(_first_simulation(case, terms, counts[0]), case)
-    of_contact, pair = _table_errors(case, tried)
+    of_contact, pair = table_errors(case, tried)
     coarse = not case.live and max(of_contact) > TOO_COARSE * case.tolerance
     if coarse and terms.adhesion is None and case.contact.of_one_line:
         return plan_simulation(case, terms, of_points=True)
-    allowed = [max(SETTLED * case.tolerance, TABLE_STEPS * one * case.live) for one in of_contact]
-    profile = case.contact.geometry.profile
-    left = LEFT_BY_POINTS if profile is None or not profile.corners.size else LEFT_BY_CORNERS
-    finer_by = refinement(case)
-    for count in counts[1:]:
-        before = tried
-        stepper = point_stepper(case, terms, count, tried.simulation.reference)[0]
-        tried = started(replace(tried.simulation, stepper=stepper), case)
-        of_contact = tuple(left * one for one in tried.differs_from(before))
-        pair = before.simulation, tried.simulation
-        enough = not tried.repeats or max(of_contact) <= POINTS_SHARE * case.tolerance
-        if enough or finer_by * tried.work > patience:
-            break
+    own = case.known.errors if case.known is not None else (0.0,) * len(case.orders)
+    allowed = [max(SETTLED * left_by_series(case), TABLE_STEPS * one * case.live) for one in of_contact]
+    if counts[1:]:
+        tried, of_contact, pair = _on_more_points(case, terms, tried, counts[1:], patience)
     while True:
         steps = 2 * tried.simulation.steps
         finer = started(
             replace(tried.simulation, steps=steps, filters=_filters_of(case, terms, steps, judged=True)), case
         )
         of_steps = finer.differs_from(tried)
-        dear = (case.known is None and work_of(finer.simulation) > busy) or 2.0 * finer.work > patience
+        dear = (not case.constant and work_of(finer.simulation) > busy) or 2.0 * finer.work > patience
         if not tried.repeats or dear or all(map(float.__le__, of_steps, allowed)):
             break
         tried = finer
@@ -178,14 +171,33 @@ def plan_simulation(case: SimulationCase, terms: Terms, *, of_points: bool = Fal
     steady = heard.simulation.steady
     of_series = not case.moving and steady is not None and steady.waves is not None
     filtered = 0.0 if of_series else 10.0 ** (-_attenuation_of(case) / 20.0) + filters.droop
-    parts = zip(of_steps, of_contact, _start_errors(case, tried), strict=True)
-    known = case.known.errors if of_series and case.known is not None else (0.0,) * len(case.orders)
+    parts = zip(of_steps, of_contact, start_errors(case, tried), strict=True)
     errors = tuple(
-        4.0 / 3.0 * steps + sum(others) + filtered + own for (steps, *others), own in zip(parts, known, strict=True)
+        4.0 / 3.0 * steps + sum(others) + filtered + known for (steps, *others), known in zip(parts, own, strict=True)
     )
     ready = replace(heard.simulation, scene=case.scene, offset=heard.offset)
     twice, *halves = (replace(one, filters=_filters_of(case, terms, one.steps)) for one in (finer.simulation, *pair))
     return SimulationPlan(ready, case.orders, change, errors, peaks, heard, twice, tuple(halves), filtered, of_series)
+
+
+def _on_more_points(
+    case: SimulationCase, terms: Terms, tried: Pilot, counts: list[int], patience: float
+) -> tuple[Pilot, tuple[float, ...], tuple[Simulation, ...]]:
+    """Return `tried` on the first of `counts` points that err by their share of the tolerance, or that are affordable.
+
+    Its error of each order follows, and the two simulations whose difference it is.
+    """
+    profile = case.contact.geometry.profile
+    left = LEFT_BY_POINTS if profile is None or not profile.corners.size else LEFT_BY_CORNERS
+    for count in counts:
+        before = tried
+        stepper = point_stepper(case, terms, count, tried.simulation.reference)[0]
+        tried = started(replace(tried.simulation, stepper=stepper), case)
+        errors = tuple(left * one for one in tried.differs_from(before))
+        enough = max(errors) <= POINTS_SHARE * left_by_series(case)
+        if not tried.repeats or enough or refinement(case) * tried.work > patience:
+            break
+    return tried, errors, (before.simulation, tried.simulation)
 
 
 def resized(plan: SimulationPlan, case: SimulationCase, terms: Terms, steps: int, stepper: Stepper) -> Simulation:
@@ -208,7 +220,7 @@ def _points(case: SimulationCase, terms: Terms, busy: float) -> list[int]:
     from synth.effects.simulation.skin_steps import point_seconds
 
     steps, finer = max(2.0 * case.scene.output.sample_rate, FEWEST_STEPS), refinement(case)
-    if case.known is not None:  # only the search takes time
+    if case.constant:  # only the search takes time
         steps, busy = SEARCHED * steps / max(abs(case.turns), 1e-9), PATIENCE if case.live else PATIENCE_FILE
     in_rows, attracts = not case.contact.of_one_line, terms.adhesion is not None
     seconds = point_seconds(terms.skin or ELASTIC, in_rows=in_rows, attracts=attracts)
@@ -217,39 +229,6 @@ def _points(case: SimulationCase, terms: Terms, busy: float) -> list[int]:
     while counts[0] > finer * FEWEST_POINTS or len(counts) == 1:
         counts.insert(0, (counts[0] + finer - 1) // finer)
     return counts
-
-
-def _table_errors(case: SimulationCase, tried: Pilot) -> tuple[tuple[float, ...], tuple[Simulation, ...]]:
-    """Return the error of each order by the table, from the change by a table half as fine, and these two simulations.
-
-    The error is 0 without a table.
-    """
-    coarser = tried.simulation.stepper.coarser()
-    if coarser is None or not tried.repeats:
-        return (0.0,) * len(case.orders), ()
-    other = started(replace(tried.simulation, stepper=coarser), case)
-    errors = tuple(LEFT_BY_TABLE * one for one in other.differs_from(tried))
-    return errors, (other.simulation, tried.simulation)
-
-
-def _start_errors(case: SimulationCase, tried: Pilot) -> tuple[float, ...]:
-    """Return the estimated difference of each order between a constant scan's start and its later motion."""
-    simulation, steady = tried.simulation, tried.simulation.steady
-    if steady is not None:
-        heavy = is_heavy(case, simulation.stepper.mass)
-        later, factor = steady.later(simulation.stepper, case.highest, of_mass=heavy)
-        others = [replace(simulation, steady=other) for other in later]
-    else:
-        memory = simulation.stepper.memory
-        others = [replace(simulation, settling=2.0 * simulation.settling)]
-        factor = 1.0 / -math.expm1(-simulation.settling / memory) if memory > 0.0 else 1.0
-    differences = []
-    for run in (run_pilot(other, case) for other in others):
-        if case.orders[0] == 0:  # the output has one offset, so a drift of the mean is heard
-            run.moved[0] += run.offset - tried.offset
-            run.own[:1] += run.offset - tried.offset
-        differences.append(run.differs_from(tried))
-    return tuple(factor * max(each) for each in zip(*differences, strict=True))
 
 
 def _change_and_peaks(case: SimulationCase, tried: Pilot) -> tuple[tuple[float, ...], tuple[float, ...]]:

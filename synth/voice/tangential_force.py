@@ -20,14 +20,14 @@ import numpy as np
 
 from synth.arrays import Array, Block
 from synth.effects.effect import AddedChannel, Passage
-from synth.effects.simulation.running import PRESS, SLOPE, SLOPE_ACROSS, Running, Signal, Simulation, gates_of
+from synth.effects.simulation.running import PRESS, SLOPE, SLOPE_ACROSS, Running, Signal, Simulation
 from synth.motion.motion import LOAD
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.channels import PEAK, ROUNDING, STILL
 from synth.plan.motion_peak import MOST_FRAMES, TOGETHER
 from synth.plan.pilot_run import LONGEST_OWN
 from synth.plan.preparation import Preparation
-from synth.response.lift_gate import gate
+from synth.response.lift_gate import gate, gates
 from synth.response.series_curve import SMALLEST, SeriesCurve
 from synth.response.table_reader import TableReader
 from synth.response_cache import ResponseCache
@@ -226,7 +226,7 @@ class TangentialStage:
             moved, state.place = after_hand(motion, state.place, scene.output.sample_rate)
         else:
             moved = along_scan(state.own, passage.frame, frames)
-        both = np.array([*directed(moved, self.law.reversal_speed), loads * gates_of(loads, scan.lift_load)])
+        both = np.array([*directed(moved, self.law.reversal_speed), loads * gates(loads, scan.lift_load)])
         late = self.delay(state) or passage.late
         if not late:
             return both

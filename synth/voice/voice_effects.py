@@ -15,7 +15,8 @@ import numpy as np
 
 from synth.arrays import Array, Block
 from synth.effects.effect import Passage
-from synth.effects.simulation.running import WHOLE, Running, Signal, phases_after
+from synth.effects.simulation.hand_steps import phases_after
+from synth.effects.simulation.running import WHOLE, Running, Signal
 from synth.motion.motion import LOAD, Motion
 from synth.plan.preparation import Preparation
 from synth.response.series_curve import SMALLEST

@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
+from synth.effects.simulation.hand_steps import fill_between, last_of, path_between
 from synth.effects.simulation.periodic import SteadyMotion
 from synth.effects.simulation.steps import (
     ACROSS_FORCE,
@@ -37,11 +38,11 @@ from synth.effects.simulation.steps import (
     Stepper,
 )
 from synth.kernels import signed_kernel
-from synth.motion.motion import LOAD, LOAD_RATE, NO_PATH, SPEED, Motion
+from synth.motion.motion import LOAD, NO_PATH, SPEED, Motion
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
 from synth.response.demand import Complex
-from synth.response.lift_gate import gate
-from synth.response.phases import phase_step, phases_of, turns_to_phase
+from synth.response.lift_gate import gate, gates
+from synth.response.phases import phase_step, turns_to_phase
 from synth.response.series_curve import SeriesCurve
 from synth.sampling.decimation import Decimator
 from synth.scene.scene import Scene
@@ -253,7 +254,7 @@ class Running:
             self._start(int(phases[0]), samples.item(LOAD, 0), turns, self._aside)
             first = self._stepped(phases[:1], samples[LOAD, :1], self._aside)
             self._kept = np.repeat(first, (2 * self.margin - 1) * self.simulation.steps + 1, axis=1)
-            self._before = _last_of(phases[:1], samples)
+            self._before = last_of(phases[:1], samples)
         finer = np.empty(len(phases) * self.simulation.steps, np.uint64), np.empty(len(phases) * self.simulation.steps)
         turn = 1.0 / (self.simulation.scene.texture.period * self.simulation.scene.output.sample_rate)
         phase, *rest = self._before
@@ -261,8 +262,8 @@ class Running:
             phases, samples, np.uint64(phase), np.array(rest), self.simulation.steps, turn,
             1.0 / self.simulation.scene.output.sample_rate, *finer,
         )  # fmt: skip
-        self._before = _last_of(phases, samples)
-        finer_path = _between(self._aside, path, self.simulation.steps)
+        self._before = last_of(phases, samples)
+        finer_path = path_between(self._aside, path, self.simulation.steps)
         self._aside = path[:, -1:].copy()
         return self._filtered(self._stepped(*finer, finer_path), len(phases))
 
@@ -285,7 +286,7 @@ class Running:
         if self.simulation.held:
             there = attached * (np.abs(loads) >= TOUCH_LOAD)
             return np.asarray(held_gates(there, self._touching, 1.0 / (LIFT_TIME * self.simulation.rate)))
-        return np.asarray(gates_of(loads, self.simulation.scene.scan.lift_load))
+        return np.asarray(gates(loads, self.simulation.scene.scan.lift_load))
 
     def _filtered(self, values: Array, frames: int) -> Array:
         """Return the frames, and keep the steps that the next frames need."""
@@ -303,66 +304,6 @@ class Running:
 def _phases(first: int, step: int, count: int) -> Phases:
     """Return `count` phases from `first` on, `step` apart; both in 64-bit fractions of a turn."""
     return np.uint64(first % 2**64) + np.uint64(step) * np.arange(count, dtype=np.uint64)
-
-
-def _last_of(phases: Phases, samples: Array) -> tuple[int, float, float, float]:
-    """Return phase, speed, load and load rate of the last frame."""
-    last = len(phases) - 1
-    return int(phases[last]), samples.item(SPEED, last), samples.item(LOAD, last), samples.item(LOAD_RATE, last)
-
-
-def _between(before: Array, path: Array, steps: int) -> Array:
-    """Return a path at `steps` equal times per frame, in straight lines; before: at the frame before the first."""
-    known = np.concatenate([before, path], axis=1)
-    parts = np.arange(1, steps + 1) / steps
-    moved = known[:, :-1, np.newaxis] + np.diff(known, axis=1)[:, :, np.newaxis] * parts
-    moved[:, :, -1:] = path[:, :, np.newaxis]
-    return np.ascontiguousarray(moved.reshape(2, -1))
-
-
-def phases_after(motion: Motion, phase: int, rate: int, period: float) -> tuple[Phases, int]:
-    """Return the phase of the texture at each frame of a hand's `motion`, and after the last.
-
-    phase: at the first frame.
-    """
-    samples, position = np.ascontiguousarray(motion.samples), np.ascontiguousarray(motion.position)
-    phases = np.empty(motion.frames, np.uint64)
-    return phases, int(phases_of(samples, position, np.uint64(phase), float(rate), period, phases))
-
-
-@signed_kernel("void(u8[::1], f8[:,::1], u8, f8[::1], i8, f8, f8, u8[::1], f8[::1])")
-def fill_between(phases, samples, phase, before, steps, turn, frame, fine_phases, fine_loads):
-    """Write phases and loads at `steps` equal times per frame, the last of which is the time of the frame itself.
-
-    phase: at the frame before the first.
-    before: speed (m/s), load (N) and load rate (N/s) at that frame.
-    turn: turns per frame at 1 m/s.
-    frame: duration of a frame (s).
-    """
-    speed, load, rate = before[0], before[1], before[2]
-    for i in range(len(phases)):
-        moved = np.float64(np.int64(phases[i] - phase))
-        start, end = speed * turn * 2.0**64, samples[0, i] * turn * 2.0**64
-        now, now_rate = samples[2, i], samples[3, i]
-        for j in range(steps):
-            s = (j + 1.0) / steps
-            a = s * s * (3.0 - 2.0 * s)
-            b, c = s * (1.0 - s) * (1.0 - s), s * s * (s - 1.0)
-            place = moved * a + start * b + end * c
-            fine_phases[i * steps + j] = phase + np.uint64(np.int64(np.rint(place)))
-            fine_loads[i * steps + j] = load + (now - load) * a + frame * (rate * b + now_rate * c)
-        fine_phases[i * steps + steps - 1] = phases[i]
-        fine_loads[i * steps + steps - 1] = now
-        phase, speed, load, rate = phases[i], samples[0, i], now, now_rate
-
-
-@signed_kernel("f8[::1](f8[::1], f8)")
-def gates_of(loads, lift):
-    """Return the lift gate at each load."""
-    gates = np.empty(len(loads))
-    for i in range(len(loads)):
-        gates[i] = gate(loads[i], lift)
-    return gates
 
 
 @signed_kernel("f8[::1](f8[::1], f8[::1], f8)")

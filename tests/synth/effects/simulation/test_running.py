@@ -12,6 +12,7 @@ from scipy.special import erfc
 import ridgewave
 from synth import Motion, parse_scene
 from synth.arrays import Array
+from synth.effects.simulation.hand_steps import phases_after
 from synth.effects.simulation.running import (
     PRESS,
     RESPONSE,
@@ -19,7 +20,6 @@ from synth.effects.simulation.running import (
     Running,
     Signal,
     Simulation,
-    phases_after,
 )
 from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, SLOPE_FORCE, Phases
 from synth.motion.scan_motion import LIFT_TIME
