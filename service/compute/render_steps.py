@@ -151,17 +151,25 @@ def work(engine: Engine, order: Order, body: bytes, store: Store) -> Iterator[Me
 
     if order.kind == "render":
         yield from _rendered(engine, order, lambda: scene_of(object_from_text(body)))
-    elif order.kind == "explain":
-        yield from _document(engine.explain(scene_of(object_from_text(body))))
-    elif order.kind == "analyze" and order.recording is not None:
-        yield from _document(_of_recording(engine, body, order.recording))
-    elif order.kind == "analyze":
-        yield from _document(engine.analyze(scene_of(object_from_text(body))))
-    else:
+        return
+    stages = Stages()
+    if order.kind == "analyze" and order.recording is not None:
+        document = _of_recording(engine, body, order.recording)
+    elif order.kind == "picture":
         scene, points, phases, area = read_picture(body, scene_of)
+        stages.done("scene")
         with scene_in_body():
             picture = engine.picture(scene, points, phases)
-        yield from _document(picture | {"texture": picture["texture"] | area_of(scene, area)})
+        document = picture | {"texture": picture["texture"] | area_of(scene, area)}
+    else:
+        scene = scene_of(object_from_text(body))
+        stages.done("scene")
+        document = engine.explain(scene) if order.kind == "explain" else engine.analyze(scene)
+    stages.done(order.kind)
+    encoded = json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
+    stages.done("encode")
+    yield Answer({"Server-Timing": stages.header()}, "application/json", whole=True)
+    yield encoded
 
 
 def _of_recording(engine: Engine, body: bytes, told: dict[str, Any]) -> dict[str, Any]:
@@ -179,12 +187,6 @@ def check_duration(duration: float, longest: float, pointer: str, kind: str) -> 
     if not duration <= longest:
         allowed = f"at most {longest:g} s (RIDGEWAVE_MAX_DURATION)"
         raise refused(pointer, f"{duration:g} s", allowed, "Render longer sounds with the command line.", kind)
-
-
-def _document(document: dict[str, Any]) -> Iterator[Message]:
-    body = json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
-    yield Answer({}, "application/json", whole=True)
-    yield body
 
 
 def _rendered(engine: Engine, order: Order, read_scene: Callable[[], Scene]) -> Iterator[Message]:

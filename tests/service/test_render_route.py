@@ -85,6 +85,14 @@ def test_server_timing_names_the_stages(app: FastAPI) -> None:
     assert all(float(milliseconds) >= 0 for _, _, milliseconds in stages)
 
 
+@pytest.mark.parametrize("route", ["explain", "analyze"])
+def test_documents_that_are_computed_tell_their_stages(app: FastAPI, route: str) -> None:
+    answer = ask(app, "POST", f"/v1/{route}", json={})
+    stages = [entry.partition(";dur=") for entry in answer.headers["server-timing"].split(", ")]
+    assert [name for name, _, _ in stages] == ["scene", route, "encode"]
+    assert all(float(took) >= 0.0 for _, _, took in stages)
+
+
 def test_without_an_acceptable_format_nothing_is_rendered(app: FastAPI, engine: PlainEngine) -> None:
     answer = ask(app, "POST", "/v1/render", json=SHORT, headers={"Accept": "audio/mpeg"})
     problem(answer, 406, "not-acceptable")
