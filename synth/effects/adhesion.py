@@ -51,7 +51,7 @@ class AdhesionEffect(BalanceEffect):
     replaces = "the law of the pressure"
     fingers = tuple(KINDS)
     lowest_load = -LARGEST_PULL
-    price = Price(830.0, 6_400_000)
+    price = Price(510.0, 8_500_000)
 
     def reason(self, scene: Scene, settings: AdhesionSettings) -> str:
         """See `Effect`."""

@@ -56,7 +56,7 @@ class ContactGrowth(ShapeEffect):
     replaces = "the contact length"
     moves_ends = True
     why_fingers = "A fingertip and a probe are round, and touch more of their length under more load by themselves."
-    price = Price(8.3, 270_000)
+    price = Price(56.0, 4_200_000)
 
     def reason(self, scene: Scene, settings: GrowthSettings) -> str:
         """See `Effect`."""

@@ -47,7 +47,7 @@ class Curvature(ShapeEffect):
     settings = CurvatureSettings
     replaces = "the contact length"
     why_fingers = "A fingertip and a probe are round, and touch more of their length under more load by themselves."
-    price = Price(8.3, 340_000)
+    price = Price(62.0, 4_200_000)
 
     def reason(self, scene: Scene, settings: CurvatureSettings) -> str:
         """See `Effect`."""

@@ -52,9 +52,9 @@ class Kind(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Price:
-    """Cost of a voice with this effect alone in the default scene, for people to read: no decision depends on it.
+    """Cost of a voice with this effect alone, in the default scene along a stroke, for people to read.
 
-    `python -m tests.bench effects` measured both once, on the machine of docs/benchmarks.md.
+    No decision depends on it. `python -m tests.bench effects` measured both once (docs/benchmarks.md).
 
     ns_per_frame: processor time, in blocks of 480 frames at 48 kHz.
     memory_bytes: memory of the voice.

@@ -58,7 +58,7 @@ class Inertia(BalanceEffect):
     settings = InertiaSettings
     replaces = "the mass of the finger"
     fingers = tuple(KINDS)
-    price = Price(800.0, 3_200_000)
+    price = Price(460.0, 4_500_000)
 
     def reason(self, scene: Scene, settings: InertiaSettings) -> str:
         """See `Effect`."""

@@ -91,7 +91,7 @@ class Propagation(OutputEffect["Preparation"]):
     )
     units: Mapping[str, str] = MappingProxyType({ADDED + quantity: unit for quantity, unit in UNITS.items()})
     fingers = tuple(KINDS)
-    price = Price(27.0, 280_000)
+    price = Price(94.0, 4_000_000)
 
     def reason(self, scene: Scene, settings: PropagationSettings) -> str:
         """See `Effect`."""

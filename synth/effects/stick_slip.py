@@ -158,7 +158,7 @@ class StickSlip(MotionEffect["Preparation"]):
     settings = StickSlipSettings
     units: Mapping[str, str] = MappingProxyType(dict.fromkeys(QUANTITIES, "N"))
     fingers = tuple(KINDS)
-    price = Price(620.0, 4_700_000)
+    price = Price(490.0, 5_000_000)
 
     def reason(self, scene: Scene, settings: StickSlipSettings) -> str:
         """See `Effect`."""

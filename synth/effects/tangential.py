@@ -83,7 +83,7 @@ class Tangential(OutputEffect["Preparation"]):
         'It adds a channel and changes no other, so "auto" has no difference to measure. Write {} or leave it out.'
     )
     units: Mapping[str, str] = MappingProxyType(dict.fromkeys(QUANTITIES, "N"))
-    price = Price(20.0, 280_000)
+    price = Price(210.0, 8_000_000)
 
     def clash(self, settings: TangentialSettings, others: Mapping[str, Any]) -> tuple[str, str] | None:
         """Refuse an exponent other than 1 with a simulation, which does not keep the pressure of each place."""

@@ -90,7 +90,7 @@ class ViscousSkin(BalanceEffect):
     replaces = "the law of the pressure"
     needs_fixed_ends = True
     fingers = tuple(KINDS)
-    price = Price(5200.0, 250_000)
+    price = Price(5600.0, 600_000)
 
     def reason(self, scene: Scene, settings: SkinSettings) -> str:
         """See `Effect`."""

@@ -31,8 +31,8 @@ class Simulated:
     name: its name.
     reason: why and how it is simulated, in sentences.
     settings: settings of an effect.
-    price: cost of a voice of the default scene with only this effect, measured once on one machine. `Cost` has the cost
-        of the present scene.
+    price: cost of a voice of the default scene along a stroke with only this effect, measured once on one machine.
+        `Cost` has the cost of the present scene.
     """
 
     name: str
