@@ -108,7 +108,7 @@ class SimulationPlan:
 
     def series(self, order: int) -> Complex | None:
         """Return the series of an order at the scan's own speed and load (SI); None if the motion does not repeat."""
-        found = self.nominal.series(Signal(RESPONSE, order))
+        found = self.simulation.series(Signal(RESPONSE, order))
         if found is not None:
             found[0] = 0.0
         return found
@@ -116,11 +116,12 @@ class SimulationPlan:
     @property
     def level(self) -> float:
         """Mean of z at the scan's own load (m), under the gate."""
-        nominal = self.nominal
-        found, load = nominal.series(Signal(WHOLE, 0)), nominal.scene.scan.load
+        simulation = self.simulation
+        found, scan = simulation.series(Signal(WHOLE, 0)), simulation.scene.scan
         if found is not None:
             return float(found[0].real)
-        return float(nominal.rest(max(load, 0.0)) * (1.0 if nominal.held else gate(load, nominal.scene.scan.lift_load)))
+        lifted = 1.0 if simulation.held else gate(scan.load, scan.lift_load)
+        return float(lifted * simulation.rest(max(scan.load, 0.0)))
 
     @property
     def let_go(self) -> bool:

@@ -75,6 +75,19 @@ def test_nothing_moving_is_exact_silence(names: tuple[str, ...]) -> None:
     assert np.all(block == block[0])
 
 
+@pytest.mark.parametrize("name", ["inertia", "viscous_skin"])
+def test_a_light_load_is_faded_by_the_gate(name: str) -> None:
+    """Below the lift load w0, z is that at w0 times the gate 10 s^3 - 15 s^4 + 6 s^5 with s = w / w0."""
+    channels = [{"quantity": quantity, "full_scale": 1.0} for quantity in ("displacement", "approach")]
+    output = {"channels": channels, "sample_rate": 8000}
+    light, full = (
+        open_voice(parse_scene(scene_with(name, scan={"load": load}, output=output)), cache=CACHE).render(400)
+        for load in (2e-4, 1e-3)
+    )
+    gate = 10 * 0.2**3 - 15 * 0.2**4 + 6 * 0.2**5
+    assert np.max(np.abs(light - gate * full)) <= 1e-3 * gate * np.max(np.abs(full))
+
+
 @every
 @pytest.mark.parametrize("sections", [{"scan": {"load": 0}}, {"texture": {"amplitude": 0}}], ids=["no load", "smooth"])
 def test_no_load_and_no_texture_are_exact_zeros(names: tuple[str, ...], sections: dict[str, Any]) -> None:
