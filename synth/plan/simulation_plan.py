@@ -17,9 +17,9 @@ Model   Points: their distance is halved until their error, from the change of t
 Source  design, section 4: components below 0.40 of the rate are kept and those above 0.45 removed; 0.35 and 0.49 where
         the speed changes.
 Limits  The errors are estimates; tests/synth/effects compares them with independent solutions. Doubling ends where the
-        steps of a second of sound would take longer than BUSY (live) or BUSY_FILE (file), or the pilot longer than
-        PATIENCE. `errors` then contains the remaining error. Slow scans of coarse textures, whose periods are long, are
-        therefore planned within some seconds.
+        steps of a second of sound would take longer than BUSY (live) or BUSY_FILE (file), or the next pilot longer than
+        PATIENCE; of a constant scan, which plays without steps, only the latter counts. `errors` then contains the
+        remaining error. Slow scans of coarse textures, whose periods are long, are therefore planned within seconds.
 """
 
 from __future__ import annotations
