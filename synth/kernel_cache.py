@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, InTreeCacheLocator, NullCache
+from numba.core.runtime.nrt import rtsys
 
 from synth.kernel_folders import kernel_folders, tell_unkept
 
@@ -84,6 +85,16 @@ class _FolderCache(FunctionCache):
     def __init__(self, function: Callable[..., Any], folder: Path) -> None:
         self._impl_class = partial(_CompiledKernels, folder=folder)  # type: ignore[assignment]  # called as a class
         super().__init__(function)
+
+    def load_overload(self, signature: Any, target: Any) -> Any:
+        """Return the kernel compiled for `signature`, or None.
+
+        Numba's own also imports all that a compiler needs, a third of a second. A kernel that is ready needs the memory
+        functions of Numba only; what is compiled later imports the rest.
+        """
+        rtsys.initialize(target)
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(signature, target)
 
     def forget(self) -> None:
         """Remove the index after a failure: it is damaged, or may name a file that is older than the index."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import shutil
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -30,7 +31,7 @@ def alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def called(tmp_path: Path) -> Callable[[], Found]:
+def called(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[], Found]:
     """Return a function that loads a kernel, as a new process does, and returns how often it was found and not."""
     source = tmp_path / "package" / "one.py"
     source.parent.mkdir()
@@ -40,6 +41,7 @@ def called(tmp_path: Path) -> Callable[[], Found]:
         spec = importlib.util.spec_from_file_location("one", source)
         assert spec is not None and spec.loader is not None
         module = importlib.util.module_from_spec(spec)
+        monkeypatch.setitem(sys.modules, "one", module)  # a kernel on disk names its module
         spec.loader.exec_module(module)
         compiled: Any = kernel(module.doubled)
         assert compiled(2.0) == 4.0
