@@ -202,6 +202,8 @@ def simulated_channel(
     full_scale: full scale in the scene, SI, or None.
     along: whether the full scale of `base` is that of the scan's own motion.
     """
+    if base.order not in plan.orders:  # a finger at rest has no velocity
+        return base
     place, scene, reader = plan.orders.index(base.order), request.scene, None
     peak, extent, level = plan.peaks[place], plan.extents[place], plan.level if base.is_approach else 0.0
     series = None if request.moving else plan.series(base.order)
@@ -230,7 +232,8 @@ def _simulated(case: SimulationCase) -> tuple[SimulationPlan | None, list[Simula
         return None, [], []
     from synth.plan.simulation_plan import plan_simulation
 
-    plan, ends_move = None if terms.quasi_static else plan_simulation(case, terms), not case.contact.of_one_surface
+    ends_move = not case.contact.of_one_surface
+    plan = None if (terms.of_rest if case.rests else terms).quasi_static else plan_simulation(case, terms)
     for given, autos in ordered:
         tried: list[Tried] = []
         for effect, settings in autos:
@@ -240,6 +243,9 @@ def _simulated(case: SimulationCase) -> tuple[SimulationPlan | None, list[Simula
                 spared.append(LeftOut(effect.name, reason, None) if reason else _beside_given(effect, given[0][0]))
                 continue
             candidate = effect.balanced(terms, settings)
+            if case.rests and candidate.of_rest == terms.of_rest:
+                spared.append(LeftOut(effect.name, "The finger rests, so it changes nothing.", 0.0))
+                continue
             try:
                 found = plan_simulation(case, candidate)
             except SceneError as error:

@@ -137,3 +137,8 @@ class Terms:
     def quasi_static(self) -> bool:
         """True if the balance is that of eq. 1 alone."""
         return self == Terms()
+
+    @property
+    def of_rest(self) -> Terms:
+        """Those that act on a finger at rest: neither its mass nor the memory of its skin does."""
+        return Terms(pulp=self.pulp, adhesion=self.adhesion)
