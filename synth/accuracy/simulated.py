@@ -241,8 +241,8 @@ class Integrated:
         (first, frames), signal, steady = case.piece, self._scene.signal, simulation.steady
         rest = float(simulation.rest(self._load)) if signal.kind == RESPONSE and signal.order == 0 else 0.0
         lifted = gate(self._load, case.scene.scan.lift_load)
-        if not self._scene.request.moving and steady is not None and steady.waves is not None:
-            turns, highest = abs(steady.turns), self._scene.request.highest
+        if not self._scene.request.moving and steady is not None and steady.harmonics is not None:
+            turns, highest = abs(self._scene.request.turns), self._scene.request.highest
             z = self._integrated(first / case.rate + np.arange(steady.steps) / (steady.steps * turns), SETTLING)
             series = harmonics_of(z, highest) * (2j * math.pi * turns * np.arange(highest + 1)) ** signal.order
             series[0] -= rest

@@ -38,23 +38,20 @@ class Pilot:
     moved: z minus its offset, and derivatives, SI, float64 [orders, frames].
     offset: offset of the displacement, m.
     own: the same along the first part of a stroke or a recording; otherwise it has no frames.
+    repeats: False if the motion does not repeat. Runs with other steps then begin elsewhere and cannot be compared.
     """
 
     simulation: Simulation
     moved: Array
     offset: float
     own: Array
-
-    @property
-    def repeats(self) -> bool:
-        """False if the motion does not repeat. Runs with other steps then begin elsewhere and cannot be compared."""
-        return self.simulation.steady is None or self.simulation.steady.repeats
+    repeats: bool
 
     @property
     def work(self) -> float:
         """Predicted time of its steps, s."""
         simulation, steady = self.simulation, self.simulation.steady
-        if steady is not None and steady.waves is not None and not self.own.size:
+        if steady is not None and steady.harmonics is not None and not self.own.size:
             return SEARCHED * steady.steps * simulation.stepper.step_time
         return float(work_of(simulation) * self.moved.shape[1] / simulation.scene.output.sample_rate)
 
@@ -72,17 +69,23 @@ def started(simulation: Simulation, case: SimulationCase) -> Pilot:
     The search begins from the steady motion that `simulation` has, if any. There is no search for a finger at rest, or
     if a period is too long to be run several times.
     """
-    if case.turns != 0.0 and simulation.rate <= LONGEST * abs(case.turns):
+    if _searched(simulation, case):
         crossings = case.scene.texture.period / case.scene.finger.ridge_period
         period = Period.of(case.turns, case.nominal.scan.load, steps_of_period(simulation, case))
         asked = period, crossings, case.tolerance, simulation.steady, case.highest
         stepper, heavy = simulation.stepper, is_heavy(case, simulation.stepper.mass)
         steady = steady_of(stepper, *asked, of_mass=heavy)
-        if case.known is not None and steady.waves is not None:
+        if case.known is not None and steady is not None and steady.harmonics is not None:
             elastic = steady_of(stepper.elastic, period, crossings, case.tolerance, None, case.highest, of_mass=False)
+            assert elastic is not None, "a contact without mass and adhesion repeats"
             steady = replace(steady, missed=case.known.harmonics[: case.highest + 1] - elastic.height())
         simulation = replace(simulation, steady=steady)
     return run_pilot(simulation, case)
+
+
+def _searched(simulation: Simulation, case: SimulationCase) -> bool:
+    """Return whether a steady motion is searched: the finger moves, and a period is not too long."""
+    return case.turns != 0.0 and simulation.rate <= LONGEST * abs(case.turns)
 
 
 def is_heavy(case: SimulationCase, mass: float) -> bool:
@@ -124,7 +127,8 @@ def run_pilot(simulation: Simulation, case: SimulationCase) -> Pilot:
         own = run_own(replace(simulation, offset=offset), case, OWN)
         if case.scene.scan.trajectory is not None:  # the lift at its end is larger than the motion that is judged
             own = own[:, : max(1, round(ScanMotion(case.scene, whole=case.live).duration * rate))]
-    return Pilot(simulation, moved, offset, own)
+    repeats = simulation.steady is not None or not _searched(simulation, case)
+    return Pilot(simulation, moved, offset, own, repeats)
 
 
 def run_own(simulation: Simulation, case: SimulationCase, longest: float) -> Array:

@@ -94,11 +94,12 @@ def _beginning(solved: Preparation, plan: SimulationPlan) -> str:
         return "The simulation begins at rest."
     if scan.trajectory is not None:
         return "The simulation begins on the elastic contact, where the finger comes down."
-    if plan.simulation.steady is None or not scan.along_x:
-        return f"The simulation begins on the elastic contact, {plan.simulation.settling:.2g} s before the first frame."
-    if plan.pilot.repeats:
+    if plan.of_series:
         return "The simulation begins in its periodic state: each texture period equals the first."
-    return "The motion does not repeat with the texture. The error therefore includes the difference between periods."
+    begins = f"The simulation begins on the elastic contact, {plan.simulation.settling:.2g} s before the first frame."
+    if plan.pilot.repeats or not scan.along_x:
+        return begins
+    return f"{begins} The motion does not repeat with the texture: the error includes the difference between its parts."
 
 
 def _response_parts(solved: Preparation) -> list[Simulated]:

@@ -8,7 +8,7 @@ Model   Points: their distance is halved until their error, from the change of t
         tolerance or, live, within TABLE_STEPS of the error of the table if that is larger.
         Change: a pilot of the same contact without mass, memory and adhesion shows what the effects change.
         `errors` is the sum of
-        - the change by twice the steps, plus a third of it (second order);
+        - the change by twice the steps, plus a third of it (second order), or more where it falls more slowly;
         - for skin, the change by half the points; for a table, the change by half as many phases and heights; of a
           constant scan only of the difference that the effects make (`pilot_run`), and the error of the series;
         - what has not settled where the scan begins;
@@ -36,7 +36,7 @@ from synth.motion.moved_skin import mover_of
 from synth.plan.contact_steppers import point_stepper, slope_forces, table_stepper
 from synth.plan.effect_choice import SimulationCase, relative_change
 from synth.plan.pilot_run import LONGEST_OWN, SEARCHED, Pilot, is_heavy, run_own, run_pilot, started, work_of
-from synth.plan.simulation_error import left_by_series, start_errors, table_errors
+from synth.plan.simulation_error import left_by_series, start_errors, steps_errors, table_errors
 from synth.response.demand import Complex
 from synth.response.lift_gate import gate
 from synth.sampling.band_edge import WHOLE_TO, edge_of
@@ -160,6 +160,7 @@ def plan_simulation(case: SimulationCase, terms: Terms, *, of_points: bool = Fal
     allowed = [max(SETTLED * left_by_series(case), TABLE_STEPS * one * case.live) for one in of_contact]
     if counts[1:]:
         tried, of_contact, pair = _on_more_points(case, terms, tried, counts[1:], patience)
+    before: tuple[float, ...] = (0.0,) * len(case.orders)
     while True:
         steps = 2 * tried.simulation.steps
         finer = started(
@@ -169,17 +170,15 @@ def plan_simulation(case: SimulationCase, terms: Terms, *, of_points: bool = Fal
         dear = (not case.constant and work_of(finer.simulation) > busy) or 2.0 * finer.work > patience
         if not tried.repeats or dear or all(map(float.__le__, of_steps, allowed)):
             break
-        tried = finer
+        tried, before = finer, of_steps
     filters = _filters_of(case, terms, tried.simulation.steps)
     heard = run_pilot(replace(tried.simulation, filters=filters), case)
     change, peaks = _change_and_peaks(case, heard)
     steady = heard.simulation.steady
-    of_series = not case.moving and steady is not None and steady.waves is not None
+    of_series = not case.moving and steady is not None and steady.harmonics is not None
     filtered = 0.0 if of_series else 10.0 ** (-_attenuation_of(case) / 20.0) + filters.droop
-    parts = zip(of_steps, of_contact, start_errors(case, tried), strict=True)
-    errors = tuple(
-        4.0 / 3.0 * steps + sum(others) + filtered + known for (steps, *others), known in zip(parts, own, strict=True)
-    )
+    parts = zip(steps_errors(of_steps, before), of_contact, start_errors(case, tried), own, strict=True)
+    errors = tuple(sum(each) + filtered for each in parts)
     ready = replace(heard.simulation, scene=case.scene, offset=heard.offset)
     twice, *halves = (replace(one, filters=_filters_of(case, terms, one.steps)) for one in (finer.simulation, *pair))
     return SimulationPlan(ready, case.orders, change, errors, peaks, heard, twice, tuple(halves), filtered, of_series)

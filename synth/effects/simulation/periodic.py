@@ -12,18 +12,17 @@ Model   A motion that repeats is one period, whose rows are Fourier series over 
         state of the same skin with its time constants cut to CUT periods, run in coarse steps. The position of a
         dashpot then hardly changes within a period, and its mean is close to that of any longer time constant.
         A motion repeats if a second motion that begins near it stays near it for WATCHED periods. One that does not, or
-        in which adhesion lets go and takes hold again, has no series and is run step by step.
+        in which adhesion lets go and takes hold again, has no series and is run step by step from an earlier start.
 Source  Shooting: Nayfeh & Balachandran (1995), Applied Nonlinear Dynamics, chapter 6. Mixing: Anderson (1965), J. ACM
         12, as in Walker & Ni (2011), SIAM J. Numer. Anal. 49. The cut is derived here.
-Limits  A motion that does not repeat with the texture (chaotic bouncing, or a repeat every second period) begins after
-        SETTLED seconds from rest, and `repeats` is False. The period is a whole number of steps. The search ends after
-        MOST_ROUNDS; `SteadyMotion.later` measures the remaining error.
+Limits  A motion may not repeat with the texture: chaotic bouncing, or a repeat every second period. The period is a
+        whole number of steps. The search ends after MOST_ROUNDS; `SteadyMotion.left` is what has not settled then.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -45,7 +44,7 @@ CLOSE = 1e-3  # of the tolerance: largest move of the state in a period, relativ
 CREEPING = 0.01  # of the tolerance: the same for skin, over all periods to come
 CUT, COARSE = 16.0, 240  # periods to which time constants are cut; steps per crossing of a ridge
 FORGOTTEN = 6.0  # times the slowest time constant, run before the search: e^-6 of the start is left
-SETTLED = 0.5  # s for which a motion that does not repeat is run before its first frame
+SETTLED = 0.5  # s of a second start, for a motion that is not found from the first; and of ringing without a damper
 WATCHED = 50  # periods after which it is decided whether a motion repeats
 BESIDE = 1e-4  # of the peak-to-peak of z: initial distance of the second motion
 STILL = 1e-15  # m: smaller moves are rounding
@@ -53,105 +52,36 @@ ASTRAY = 20.0  # times the initial distance: beyond it after WATCHED periods not
 RETURNED = 0.01  # times the initial distance: a motion that comes within it repeats and is watched no longer
 ROUNDING = 1e-8  # of the peak-to-peak of z: a smaller distance that does not grow in UNGROWN periods is rounding
 UNGROWN = 5  # periods; over fewer, a distance that swings, such as that of a ringing mass, may seem not to grow
-DIFFERENT = 8  # number of compared periods of a motion that does not repeat
-UNLIKE = 3.0  # times the largest difference of these periods: others may differ more
-LATER = 0.05  # s, rounded up to whole periods, after which a motion is compared with its beginning
-
-
-@dataclass(frozen=True, slots=True)
-class Waves:
-    """One period of a steady motion.
-
-    harmonics: of each row of a run over the place, as in `Spectrum` [ROWS, highest + 1].
-    """
-
-    harmonics: Complex
-
-    @property
-    def attached(self) -> bool:
-        """Whether the finger touches, or is held, all the time; otherwise it never is."""
-        return bool(self.harmonics[ATTACHED, 0].real > 0.5)
-
-    @classmethod
-    def of(cls, stepper: Stepper, period: Period, rows: Array, highest: int, *, of_mass: bool) -> Waves | None:
-        """Return the waves of the `rows` of a period [ROWS, steps], None if the finger is held for a part of it only.
-
-        highest: number of harmonics that are kept.
-        of_mass: make up for the amplitude that the steps of a mass lose (`decimation.lost_amplitude`).
-        """
-        if np.ptp(rows[ATTACHED]) > 0.0:
-            return None
-        forward, number = period.turns > 0.0, np.arange(highest + 1)
-        # row i belongs to the phase (i + 1) / steps in the direction of the motion, or a part of a step before it
-        before = np.where(np.arange(ROWS) == HEIGHT, 1.0, 1.0 - stepper.late(period.step))
-        turns = np.exp(-2j * math.pi * before[:, np.newaxis] * number / len(period.phases))
-        found = np.array([harmonics_of(row, highest) for row in rows]) * turns
-        if of_mass:
-            found[:, 1:] *= 1.0 / lost_amplitude(math.pi * np.minimum(number[1:] / len(period.phases), 0.4))
-        return cls(found if forward else np.conj(found))
 
 
 @dataclass(frozen=True, slots=True)
 class SteadyMotion:
-    """A steady motion.
+    """A steady motion that repeats with the texture.
 
     state: at phase 0.
-    turns, load: as of `Period`.
     steps: number of steps of a period in the search.
-    repeats: whether the motion repeats with the texture.
-    waves: of a motion that repeats, as `Waves.of` has them.
-    missed: harmonics of z that its points or table miss, as far as they are known; they are added to those of `waves`.
+    harmonics: of each row of a run over the place, as in `Spectrum` [ROWS, highest + 1]; None if the finger is held for
+        a part of the period only.
+    left: what has not settled, relative to the peak-to-peak of z.
+    missed: harmonics of z that its points or table miss, as far as they are known; they are added to `harmonics`.
     """
 
     state: Any
-    turns: float
-    load: float
     steps: int
-    repeats: bool
-    waves: Waves | None
+    harmonics: Complex | None
+    left: float
     missed: Complex | float = 0.0
 
+    @property
+    def attached(self) -> bool:
+        """Whether the finger touches, or is held, all the time; otherwise it never is. It has harmonics."""
+        assert self.harmonics is not None
+        return bool(self.harmonics[ATTACHED, 0].real > 0.5)
+
     def height(self) -> Complex:
-        """Return the harmonics of z, of a motion that has waves."""
-        assert self.waves is not None
-        return np.asarray(self.waves.harmonics[HEIGHT] + self.missed)
-
-    def at(self, stepper: Stepper, phase: int, step: float) -> Any:
-        """Return the state at `phase`, ready to continue in steps of `step` (s)."""
-        sign = 1 if self.turns > 0.0 else -1
-        ahead = sign * phase % 2**64
-        seconds = math.ldexp(float(ahead), -64) / abs(self.turns)
-        count, state = math.ceil(seconds / step - 1e-6), self.state
-        if count:
-            state = state.resumed(seconds / count)
-            moves = [sign * (ahead * (i + 1) // count) for i in range(count)]
-            phases = np.array([one % 2**64 for one in moves], dtype=np.uint64)
-            stepper.run(state, phases, np.full(count, self.load), np.empty((ROWS, count)))
-        return state.resumed(step)
-
-    def later(self, stepper: Stepper, highest: int, *, of_mass: bool) -> tuple[list[SteadyMotion], float]:
-        """Return later periods of the same motion, and a factor.
-
-        Their difference from this motion, times the factor, is the error that has not settled.
-
-        highest, of_mass: as of `Waves.of`.
-        """
-        period, gone, found = Period.of(self.turns, self.load, self.steps), 0, []
-        counts = [math.ceil(LATER / period.seconds)]
-        if not self.repeats:
-            most = max(WATCHED, math.ceil(SETTLED / period.seconds))
-            counts = np.geomspace(1, most, DIFFERENT).astype(int).tolist()
-        state = self.state
-        for count in counts:
-            state, gone = period.on(stepper, state, count - gone), count
-            waves = None
-            if self.waves is not None:
-                waves = Waves.of(stepper, period, period.recorded(stepper, state)[0], highest, of_mass=of_mass)
-            found.append(replace(self, state=state, waves=waves))
-        if not self.repeats:
-            return found, UNLIKE
-        forgets = -math.expm1(-counts[0] * period.seconds / stepper.memory) if stepper.memory > 0.0 else 1.0
-        return found, 1.0 / forgets
+        """Return the harmonics of z, where it has any."""
+        assert self.harmonics is not None
+        return np.asarray(self.harmonics[HEIGHT] + self.missed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,13 +137,13 @@ def steady_of(
     highest: int,
     *,
     of_mass: bool,
-) -> SteadyMotion:
-    """Return the steady motion of a scan.
+) -> SteadyMotion | None:
+    """Return the steady motion of a scan; None if it does not repeat with the texture.
 
     crossings: ridges passed per period.
     tolerance: of z, relative to its peak-to-peak.
     near: the motion of the same contact at other points or in other steps, if known.
-    highest, of_mass: as of `Waves.of`.
+    highest, of_mass: as of `harmonics_of_rows`.
     """
     begin = None if near is None else stepper.taken_over(near.state)
     begin = _begun(stepper, period, crossings) if begin is None else begin
@@ -223,10 +153,28 @@ def steady_of(
         begin = period.on(stepper, rested, math.ceil(SETTLED / period.seconds))
         found = _returning(stepper, begin, period, tolerance)
     if found is None:
-        return SteadyMotion(begin, period.turns, period.load, len(period.phases), False, None)
-    state, rows = found
-    waves = Waves.of(stepper, period, rows, highest, of_mass=of_mass)
-    return SteadyMotion(state, period.turns, period.load, len(period.phases), True, waves)
+        return None
+    state, rows, left = found
+    harmonics = harmonics_of_rows(stepper, period, rows, highest, of_mass=of_mass)
+    return SteadyMotion(state, len(period.phases), harmonics, left)
+
+
+def harmonics_of_rows(stepper: Stepper, period: Period, rows: Array, highest: int, *, of_mass: bool) -> Complex | None:
+    """Return the harmonics of the `rows` of a period, see `SteadyMotion`.
+
+    highest: number of harmonics that are kept.
+    of_mass: make up for the amplitude that the steps of a mass lose (`decimation.lost_amplitude`).
+    """
+    if np.ptp(rows[ATTACHED]) > 0.0:
+        return None
+    number = np.arange(highest + 1)
+    # row i belongs to the phase (i + 1) / steps in the direction of the motion, or a part of a step before it
+    before = np.where(np.arange(ROWS) == HEIGHT, 1.0, 1.0 - stepper.late(period.step))
+    turns = np.exp(-2j * math.pi * before[:, np.newaxis] * number / len(period.phases))
+    found = np.array([harmonics_of(row, highest) for row in rows]) * turns
+    if of_mass:
+        found[:, 1:] *= 1.0 / lost_amplitude(math.pi * np.minimum(number[1:] / len(period.phases), 0.4))
+    return found if period.turns > 0.0 else np.conj(found)
 
 
 def _begun(stepper: Stepper, period: Period, crossings: float) -> Any:
@@ -239,14 +187,16 @@ def _begun(stepper: Stepper, period: Period, crossings: float) -> Any:
     return coarse.on(short, begin, math.ceil(FORGOTTEN * short.memory / period.seconds))
 
 
-def _returning(stepper: Stepper, state: Any, period: Period, tolerance: float) -> tuple[Any, Array] | None:
-    """Search from `state` for the motion that recurs after a period. Return its state at phase 0 and its rows.
+def _returning(stepper: Stepper, state: Any, period: Period, tolerance: float) -> tuple[Any, Array, float] | None:
+    """Search from `state` for the motion that recurs after a period. Return None if there is none.
 
-    Return None if there is none.
+    Otherwise return its state at phase 0, its rows, and what has not settled (`SteadyMotion.left`).
     """
-    enough = CLOSE * tolerance
-    if stepper.memory > 0.0:
-        enough = CREEPING * tolerance * -math.expm1(-period.seconds / stepper.memory)
+    lasting, enough = stepper.memory, CLOSE * tolerance
+    if lasting > 0.0:
+        enough = CREEPING * tolerance * -math.expm1(-period.seconds / lasting)
+    if stepper.mass > 0.0:
+        lasting = max(lasting, 2.0 * stepper.mass / stepper.damping if stepper.damping > 0.0 else SETTLED)
     ends: list[Any] = []
     moves: list[Array] = []
     for number in range(MOST_ROUNDS):
@@ -266,7 +216,8 @@ def _returning(stepper: Stepper, state: Any, period: Period, tolerance: float) -
             state = end
     if stepper.mass > 0.0 and (not settled or _goes_astray(stepper, state, end, period, extent)):
         return None
-    return begin, rows
+    moves_to_come = 1.0 / -math.expm1(-period.seconds / lasting) if lasting > 0.0 else 1.0
+    return begin, rows, moves_to_come * size / extent if extent > 0.0 else 0.0
 
 
 def _goes_astray(stepper: Stepper, other: Any, state: Any, period: Period, extent: float) -> bool:

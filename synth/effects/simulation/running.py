@@ -3,15 +3,16 @@
 Model   Every frame is `steps` steps long. The stepper writes rows. These become signals at the rate of the steps, faded
         by the lift gate. The decimator makes band-limited frames and time derivatives of the signals.
         A constant scan whose motion repeats is read from the series of its period (`periodic`), without steps.
-        The motion of another scan is known beforehand, so the steps run ahead of the frames. A constant scan that does
-        not repeat begins in the state that `periodic` has found. A stroke begins at rest, where it turns at t = 0. A
-        recording begins where the finger comes down: it follows the elastic contact, with skin that was never pressed.
+        The motion of another scan is known beforehand, so the steps run ahead of the frames. A stroke begins at rest,
+        where it turns at t = 0. A recording begins where the finger comes down: it follows the elastic contact, with
+        skin that was never pressed.
         The motion of a hand is not known beforehand. It begins following the elastic contact, and its frames are late
         by the filter's margin. Between two frames it moves along the cubic through its places and speeds.
 Source  design, sections 4 (gate, derivatives) and 8 (blocks of any size give the same samples).
 Limits  The gate follows the load. If an effect may hold the finger (`held`), the gate instead follows whether the
-        finger touches, over LIFT_TIME. A stroke or a recording that is read from a later frame on begins `settling`
-        before that frame. While the magnitude of the load is below TOUCH_LOAD, the finger counts as taken away.
+        finger touches, over LIFT_TIME. A constant scan that does not repeat, and a stroke or a recording that is read
+        from a later frame on, begin `settling` before that frame. While the magnitude of the load is below TOUCH_LOAD,
+        the finger counts as taken away.
 """
 
 from __future__ import annotations
@@ -75,10 +76,9 @@ class Simulation:
     reference: z (m) about which displacement is measured, as a function of the cube root of the load (N).
     offset: mean of the simulated z above `reference` at the scan's load (m).
     held: whether an effect may hold the finger where the load does not.
-    settling: time (s) simulated before the first frame of a scan that begins neither at its start nor in a steady
-        motion.
+    settling: time (s) simulated before the first frame of a scan that does not begin at its start.
     whole: as of `ScanMotion`.
-    steady: the steady motion of a constant scan, if known.
+    steady: the steady motion of a constant scan, if it is known and repeats.
     """
 
     stepper: Stepper
@@ -103,14 +103,14 @@ class Simulation:
 
     def series(self, signal: Signal) -> Complex | None:
         """Return the series of a signal of a constant scan, under the gate; None if its motion does not repeat."""
-        if self.steady is None or self.steady.waves is None:
+        steady, scan, period = self.steady, self.scene.scan, self.scene.texture.period
+        if steady is None or steady.harmonics is None:
             return None
-        waves, scan, period = self.steady.waves, self.scene.scan, self.scene.texture.period
-        row = self.steady.height() if signal.kind in (RESPONSE, WHOLE) else waves.harmonics[ROW_OF[signal.kind]]
+        row = steady.height() if signal.kind in (RESPONSE, WHOLE) else steady.harmonics[ROW_OF[signal.kind]]
         found = row * (2j * math.pi * scan.speed / period * np.arange(len(row))) ** signal.order
         if signal.kind == RESPONSE and signal.order == 0:
             found[0] -= self.rest(max(scan.load, 0.0))
-        gain = float(waves.attached and abs(scan.load) >= TOUCH_LOAD) if self.held else gate(scan.load, scan.lift_load)
+        gain = float(steady.attached and abs(scan.load) >= TOUCH_LOAD) if self.held else gate(scan.load, scan.lift_load)
         return np.asarray(found * gain)
 
     def signal(self, kind: int, rows: Array, loads: Array) -> Array:
@@ -173,19 +173,12 @@ class Running:
 
     def _begin(self, first: int) -> None:
         """Start where the motion begins, or `settling` before frame `first`, and run up to the steps to be filtered."""
-        steps, steady = self.simulation.steps, self.simulation.steady
+        steps = self.simulation.steps
         settling = math.ceil(self.simulation.settling * self.simulation.scene.output.sample_rate)
         looks_at = (first - self.margin) * steps
-        known, at = self._constant and steady is not None, looks_at - 1
-        if not known:
-            at = max(at - settling * steps, min(at, self._first_step))
+        at = max(looks_at - 1 - settling * steps, min(looks_at - 1, self._first_step))
         phases, loads, path = self._own_motion(at, 1)
-        if known:
-            assert steady is not None
-            self._touching[0] = -1.0
-            self._state = steady.at(self.simulation.stepper, int(phases[0]), 1.0 / self.simulation.rate)
-        else:
-            self._start(int(phases[0]), float(loads[0]), self._turns(at), path)
+        self._start(int(phases[0]), float(loads[0]), self._turns(at), path)
         self._kept = np.empty((len(self._kinds), 0))
         if at + 1 < looks_at:
             self._stepped_along(at + 1, looks_at - at - 1)

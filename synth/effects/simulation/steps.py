@@ -92,11 +92,13 @@ class Stepper(ABC):
     """Simulates one contact. Coefficients are frozen, so that one stepper serves many states.
 
     mass: kg.
+    damping: N s/m, of a mass.
     pull: attraction of the surfaces if everything touches (N).
     """
 
     __slots__ = ()
     mass: float
+    damping: float
     pull: float
 
     @property

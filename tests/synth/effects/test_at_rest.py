@@ -19,7 +19,9 @@ LOAD, PERIOD, AMPLITUDE, PHASE = 0.3, 0.8e-3, 20e-6, math.sqrt(2.0)
 
 def scene_of(effects: Any, **sections: Any) -> dict[str, Any]:
     """Return the paper's scene at rest, with a displacement, an approach, a velocity and an acceleration."""
-    channels = [{"quantity": one, "full_scale": 1.0} for one in ("displacement", "approach", "velocity", "acceleration")]
+    channels = [
+        {"quantity": one, "full_scale": 1.0} for one in ("displacement", "approach", "velocity", "acceleration")
+    ]
     output = {"duration": 0.01, "channels": channels}
     return {"scan": {"speed": 0}, "effects": effects, "output": output} | sections
 
@@ -48,7 +50,7 @@ def elastic() -> tuple[float, np.ndarray]:
 def rendered(scene: dict[str, Any]) -> np.ndarray:
     """Return the only value of each channel, SI, of a sound without a warning."""
     sound = rw.render(scene)
-    assert not sound.plan.warnings
+    assert sound.plan is not None and not sound.plan.warnings
     assert np.all(sound.values == sound.values[0]) and not np.any(sound.values[:, 2:])
     return np.asarray(sound.values[0, :2], float)
 

@@ -119,10 +119,11 @@ def test_skin_begins_where_a_long_run_of_it_ends() -> None:
     simulation = plan.simulation
     stepper, steady = simulation.stepper, simulation.steady
     assert steady is not None and isinstance(stepper, SkinStepper)
-    period = Period.of(steady.turns, steady.load, round(simulation.rate / steady.turns))
-    begin = period.on(stepper, stepper.start(0, steady.load, steady.turns, period.step), round(15.0 / period.seconds))
+    turns, load = scene.scan.speed / scene.texture.period, scene.scan.load
+    period = Period.of(turns, load, round(simulation.rate / turns))
+    begin = period.on(stepper, stepper.start(0, load, turns, period.step), round(15.0 / period.seconds))
     rows = np.empty((2, ROWS, len(period.phases)))
-    for state, out in zip((begin, steady.at(stepper, 0, period.step)), rows, strict=True):
+    for state, out in zip((begin, steady.state.resumed(period.step)), rows, strict=True):
         stepper.run(state, period.phases, period.loads, out)
     settled, begun = rows[:, HEIGHT]
     assert np.max(np.abs(begun - settled)) <= 2e-3 * np.ptp(settled)
