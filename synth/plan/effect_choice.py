@@ -31,6 +31,7 @@ from synth.response.table_error import QUANTITIES
 from synth.scene.effects_section import AUTO, FrozenMapping, declaration
 from synth.scene.scene import Scene
 
+ALIKE = 1.5  # times the error of the simulation without an effect: with it, such an error is no worse
 PUT_IN = 0.4  # of the tolerance: between a tenth, which would be negligible, and the whole
 LONGEST_WHOLE = 1.0  # m: longest period over which effects are solved: the longest of a texture that is not a profile
 MEAN_PHASES = 64  # phases of a period over which the contact is averaged; more would change its stiffness by under 1 %
@@ -233,21 +234,27 @@ def judged(
 
 
 def unresolved(
-    effect: Effect, orders: tuple[int, ...], change: tuple[float, ...], errors: tuple[float, ...], tolerance: float
+    effect: Effect,
+    orders: tuple[int, ...],
+    change: tuple[float, ...],
+    errors: tuple[float, ...],
+    known: tuple[float, ...],
+    tolerance: float,
 ) -> LeftOut | None:
     """Return `effect` as left out if its simulation errs by more than the effect changes, otherwise None.
 
     orders: orders of time derivatives.
     change, errors: of each order, relative to its peak-to-peak.
+    known: errors of the simulation without the effect, if there is one: the scene has them anyway.
     """
     place = max(range(len(orders)), key=errors.__getitem__)
-    if errors[place] <= max(tolerance, change[place]):
+    if errors[place] <= max(tolerance, change[place], ALIKE * known[place]):
         return None
     words = (
         f"Its simulation errs by {errors[place]:.2g} of the peak-to-peak of the {QUANTITIES[orders[place]]}, more than "
         f"the {change[place]:.2g} by which it would move it; tolerance {tolerance:.2g}."
     )
-    return LeftOut(effect.name, words, None)
+    return LeftOut(effect.name, words, change[place])
 
 
 @dataclass(frozen=True, slots=True)

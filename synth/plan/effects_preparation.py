@@ -104,11 +104,11 @@ class PreparedEffects:
 
 
 def shape_for(
-    contact: Contact, scene: Scene, demand: Demand, loads: tuple[float, float], turns: float
+    contact: Contact, scene: Scene, demand: Demand, loads: tuple[float, float], turns: float, tolerance: float
 ) -> tuple[Contact, PreparedEffects]:
     """Return the contact in the shape that the effects of `scene` give it, and the effects on the shape.
 
-    demand: harmonics, orders and tolerance of the scene's series.
+    demand: harmonics, orders and tolerance of the scene's series; tolerance: that of the scene.
     loads: smallest and largest load of the scan, N.
     turns: texture periods per second.
     """
@@ -136,9 +136,7 @@ def shape_for(
             except SceneError as error:
                 spared.append(LeftOut(effect.name, f"It has no solution here: {error}", None))
                 continue
-            tried.append(
-                Tried(judged(effect, settings, demand.orders, change, turns, demand.tolerance), change, shaped)
-            )
+            tried.append(Tried(judged(effect, settings, demand.orders, change, turns, tolerance), change, shaped))
         chosen, others = largest_of(tried)
         spared += others
         if chosen is not None:
@@ -177,16 +175,17 @@ def effects_of(case: SimulationCase, shapes: PreparedEffects) -> PreparedEffects
     return PreparedEffects((*moving, *shapes.called, *called), (*resting, *shapes.spared, *spared), plan)
 
 
-def left_out(scene: Scene, silence: str, *, by_hand: bool) -> PreparedEffects:
+def left_out(scene: Scene, silence: str, error: float, *, by_hand: bool) -> PreparedEffects:
     """Return the effects of a scene whose z is silent: those on the motion are simulated, the others are silent.
 
+    error: of silent channels, relative to their peak-to-peak.
     by_hand: whether a hand sets the motion, instead of the scan.
     """
     silent = []
     for effect, settings in outputs_of(scene):
         if effect.kind == Kind.OUTPUT:
             for quantity, scale in zip(effect.channels(scene, settings), effect.scales(settings), strict=True):
-                silent.append(AddedChannel(quantity, scale or 1.0, 0.0, 0.0, "silence"))
+                silent.append(AddedChannel(quantity, scale or 1.0, 0.0, error, "silence"))
     called, spared = motion_of(scene, by_hand=by_hand)
     moving = {effect.name for effect, _settings, _auto in asked(scene, Kind.MOTION)}
     spared += [LeftOut(name, silence, 0.0) for name in scene.effects if name not in moving]
@@ -253,8 +252,8 @@ def _simulated(case: SimulationCase) -> tuple[SimulationPlan | None, list[Simula
                 continue
             change = found.change if plan is None else found.change_from(plan)
             verdict = judged(effect, settings, case.orders, change, case.turns, case.tolerance)
-            if plan is None:  # otherwise the scene is simulated anyway, with the errors of its simulation
-                verdict = unresolved(effect, case.orders, change, found.errors, case.tolerance) or verdict
+            known = (0.0,) * len(change) if plan is None else plan.errors
+            verdict = unresolved(effect, case.orders, change, found.errors, known, case.tolerance) or verdict
             tried.append(Tried(verdict, change, (candidate, found)))
         chosen, others = largest_of(tried)
         spared += others

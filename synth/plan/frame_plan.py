@@ -40,7 +40,11 @@ EXACT_CELL = 8.0  # ns per phase and cell of the solver, on one core with AVX-51
 OVER_AREA = 8.0  # factor on EXACT_CELL for a height field, at 1.8 N; about 5 at 0.3 N
 FRAME_SETUP = 60.0  # ns per solution outside the solver: motion, transforms
 CURVE_READ = 80.0  # ns per solution that is read from a series
-PATIENCE = 300.0  # s of predicted work for a recording; above it, the response table is read, with its error
+PATIENCE = 300.0  # s of predicted work for a recording; above it there are fewer solutions, or the table is read
+FEWER, STILL_SOLVED = (
+    4.0,
+    0.02,
+)  # factor by which they may be fewer, and the error up to which they are; tables err alike
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +133,7 @@ def counted(
     errors: tuple[float, ...],
     solution: float,
 ) -> FramePlan | None:
-    """Return a plan of at least `count` solutions per stride; see `plan_frames`.
+    """Return a plan of `count` solutions per stride, or of fewer, if time and memory allow no more; see `plan_frames`.
 
     errors: of the time derivatives, without a landing.
     solution: time of a solution without transforms, ns.
@@ -138,12 +142,18 @@ def counted(
     varies = motion.load_range()[0] != motion.load_range()[1]
     if varies:
         count = max(count, FEWEST)
-    if 4.0 * MARGIN / (scale * stride) * count > MOST_TOGETHER:
-        return None
-    work = 1e-9 * count * scene.output.sample_rate / stride * (solution + FRAME_SETUP)
-    if varies and work * scene.output.duration > PATIENCE:
-        return None
-    return FramePlan(count, stride, errors, scale, work)
+    each = 1e-9 * scene.output.sample_rate / stride * (solution + FRAME_SETUP)
+    most = MOST_TOGETHER * scale * stride / (4.0 * MARGIN)
+    if varies:
+        most = min(most, PATIENCE / (each * scene.output.duration))
+    fewer = math.floor(most)
+    if fewer < count:
+        if fewer < max(count / FEWER, FEWEST):
+            return None
+        errors, count = tuple(one * (count / fewer) ** FALL for one in errors), fewer
+        if max(errors) > STILL_SOLVED:
+            return None
+    return FramePlan(count, stride, errors, scale, count * each)
 
 
 def solution_nanoseconds(contact: Contact | ForceOverArea) -> float:

@@ -111,7 +111,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
     contact, cells = contact_in_cells(asked, cache, tolerance, file=file)
     if scene.accuracy.tolerance == "imperceptible":
         tolerance = imperceptible(contact, asked)
-    contact, shapes, demand = shaped_contact(asked, contact, beside_cells(tolerance, cells))
+    contact, shapes, demand = shaped_contact(asked, contact, tolerance, beside_cells(tolerance, cells))
     contact, cells = shape_in_cells(asked, cache, tolerance, contact, cells, file=file)
     if file and on_line(asked, geometry) and any(asked_effects(scene, Kind.BALANCE)):
         cells = cells_along_line(asked, contact, cache)  # a simulation has no series that tells them
@@ -205,7 +205,7 @@ def _silent(solved: Preparation, silence: str, cache: ResponseCache, error: floa
         return solved
     moving = tuple(one for one in outputs_of(scene) if one[0].kind == Kind.MOTION)
     stages = tuple(effect.prepare(solved, settings, cache) for effect, settings in moving)
-    effects = replace(left_out(scene, silence, by_hand=solved.by_hand), stages=stages)
+    effects = replace(left_out(scene, silence, error, by_hand=solved.by_hand), stages=stages)
     more = effects.warnings(solved.tolerance, max(FELT, solved.tolerance), ())
     return replace(solved, effects=effects, warnings=(*solved.warnings, *more))
 
@@ -229,7 +229,7 @@ def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> P
                 order: read_error(table, name, rate, (low, high), solved.highest)
                 for order, name in enumerate(QUANTITIES)
             }
-        limit = NEARLY * solved.tolerance if exact else max(FELT, solved.tolerance)
+        limit = max(FELT, solved.tolerance) if solved.live and not exact else NEARLY * solved.tolerance
         where = f" at loads from {low:.4g} to {high:.4g} N"
     channels = tuple(replace(one, error=one.error + errors[one.order]) for one in solved.channels)
     told = dict.fromkeys(

@@ -32,21 +32,24 @@ OF_LEVELS = 2e-2  # least tolerance of a series that gives only the levels of a 
 
 
 def shaped_contact(
-    asked: Request, contact: Contact, tolerance: float
+    asked: Request, contact: Contact, tolerance: float, left: float
 ) -> tuple[Contact, PreparedEffects | None, Demand]:
-    """Return the contact in the shape that the scene's effects give it, the effects, and the demand on the series."""
+    """Return the contact in the shape that the scene's effects give it, the effects, and the demand on the series.
+
+    tolerance: that of the scene; left: the part of it that the cells of the contact leave.
+    """
     scene, loads, shapes = asked.scene, asked.loads, None
     if scene.effects:
-        demand = Demand(max(asked.highest, 1), asked.orders, tolerance)
-        contact, shapes = shape_for(contact, scene, demand, loads, asked.turns)
+        demand = Demand(max(asked.highest, 1), asked.orders, left)
+        contact, shapes = shape_for(contact, scene, demand, loads, asked.turns, tolerance)
         contact.geometry_at(max(*loads, scene.scan.lift_load))  # raises if the contact is too long at this load
     if asked.live and asked.of_levels:
-        tolerance = max(tolerance, OF_LEVELS)
+        left = max(left, OF_LEVELS)
     simulated = any(asked_effects(scene, Kind.BALANCE))
     share = SERIES_SHARE if asked.moving or simulated else 1.0
     still = 0.0 if asked.live and asked.moving else SMALLEST_MOTION
     slower = 0 if asked.load_varies else asked.reach
-    demand = Demand(max(asked.highest, 1), asked.orders, share * spendable(tolerance), still, slower)
+    demand = Demand(max(asked.highest, 1), asked.orders, share * spendable(left), still, slower)
     long = asked.stretch is not None
     # the making of a table refines it
     if simulated or ((asked.load_varies or long) and not asked.live):

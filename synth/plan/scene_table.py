@@ -80,7 +80,8 @@ def table_of_scene(
     contact = in_time(scene)
     if scene.effects:
         loads = (0.0, chosen.heaviest)
-        contact, _shapes = shape_for(contact, scene, SHAPES_JUDGED, loads, scene.scan.speed / scene.texture.period)
+        turns, judged_to = scene.scan.speed / scene.texture.period, SHAPES_JUDGED.tolerance
+        contact, _shapes = shape_for(contact, scene, SHAPES_JUDGED, loads, turns, judged_to)
     kept = _kept(contact, scene, ResponseCache() if cache is None else cache, chosen)
     return replace(kept, scene=_scene_text(scene))  # another scene with the same contact may have made the table
 

@@ -49,6 +49,7 @@ STEADY_BAND, MOVING_BAND = (0.40, 0.45), (0.35, 0.49)  # kept and removed band, 
 SCAN_BAND, HAND_BAND, JUDGED_BAND = (0.9, 1.0), (1.0, 2.0), (1.0, 1.5)
 LEAST_ATTENUATION, MOST_ATTENUATION = 70.0, 140.0  # dB
 FEWEST_STEPS = 96e3  # smallest number of steps per second: contacts change within tens of microseconds
+DOUBLED = 3  # doublings of the fewest steps after which a motion counts as one that does not repeat
 SETTLING = 0.5  # s that are simulated before the first frame of a run that begins in the middle of its motion
 BUSY, BUSY_FILE = 0.14, 8.0  # predicted s of work per second: more hinders other live voices; files would take hours
 PATIENCE, PATIENCE_FILE = 0.2, 3.0  # predicted s of work of the next finer pilot, live and for a file
@@ -62,7 +63,9 @@ TOO_COARSE = 4.0  # error of a file's table over the tolerance, above which poin
 POINTS_SHARE = 0.4  # error of the skin's points, as a part of the tolerance
 LEFT_BY_POINTS = 0.55  # error over the change by half the points: order 1.5, from kinks where surfaces begin to touch
 LEFT_BY_CORNERS = 1.0  # the same on a texture with corners: order 1
-LEFT_OVER_AREA = 0.8  # the same of a fingertip, whose rows converge less evenly: of 59 random scenes one needed 0.6
+LEFT_OVER_AREA = (
+    1.1  # the same of a fingertip, whose rows converge less evenly: of some 150 random scenes one needed 1.1
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,8 +102,9 @@ class SimulationPlan:
 
     @property
     def extents(self) -> tuple[float, ...]:
-        """Peak-to-peak (SI) of each order at the scan's speed and load."""
-        return tuple(np.ptp(self.pilot.moved, axis=1).tolist())
+        """Peak-to-peak (SI) of each order at the scan's speed and load; along a stroke or a recording, if larger."""
+        runs = self.pilot.moved, self.pilot.own
+        return tuple(np.max([np.ptp(run, axis=1) for run in runs if run.size], axis=0).tolist())
 
     @property
     def signals(self) -> tuple[Signal, ...]:
@@ -151,7 +155,7 @@ def plan_simulation(case: SimulationCase, terms: Terms, *, of_points: bool = Fal
         case = replace(case, spectrum=None)
     busy, patience = (BUSY, PATIENCE) if case.live else (BUSY_FILE, PATIENCE_FILE)
     counts = _points(case, terms, busy) if of_points else [0]
-    tried = started(_first_simulation(case, terms, counts[0]), case)
+    tried = _begun(case, terms, counts[0])
     of_contact, pair = table_errors(case, tried)
     coarse = not case.live and max(of_contact) > TOO_COARSE * case.tolerance
     if coarse and terms.adhesion is None and case.contact.of_one_line:
@@ -162,10 +166,7 @@ def plan_simulation(case: SimulationCase, terms: Terms, *, of_points: bool = Fal
         tried, of_contact, pair = _on_more_points(case, terms, tried, counts[1:], patience)
     before: tuple[float, ...] = (0.0,) * len(case.orders)
     while True:
-        steps = 2 * tried.simulation.steps
-        finer = started(
-            replace(tried.simulation, steps=steps, filters=_filters_of(case, terms, steps, judged=True)), case
-        )
+        finer = started(_halved_steps(case, terms, tried.simulation), case)
         of_steps = finer.differs_from(tried)
         dear = (not case.constant and work_of(finer.simulation) > busy) or 2.0 * finer.work > patience
         if not tried.repeats or dear or all(map(float.__le__, of_steps, allowed)):
@@ -263,6 +264,27 @@ def _change_and_peaks(case: SimulationCase, tried: Pilot) -> tuple[tuple[float, 
         still_own = run_own(replace(elastic, offset=still.offset), case, LONGEST_OWN)
         change = tuple(map(max, change, map(relative_change, still_own, moved)))
     return change, tuple(np.max(np.abs(moved), axis=1).tolist())
+
+
+def _begun(case: SimulationCase, terms: Terms, points: int) -> Pilot:
+    """Return the pilot with the fewest steps in which the motion repeats; if it never does, with the fewest.
+
+    A mass on skin may swing without end in steps that are too long for it.
+
+    points: of skin.
+    """
+    first = tried = started(_first_simulation(case, terms, points), case)
+    for _doubling in range(DOUBLED):
+        if tried.repeats:
+            return tried
+        tried = started(_halved_steps(case, terms, tried.simulation), case)
+    return tried if tried.repeats else first
+
+
+def _halved_steps(case: SimulationCase, terms: Terms, simulation: Simulation) -> Simulation:
+    """Return `simulation` of a pilot in steps of half the length."""
+    steps = 2 * simulation.steps
+    return replace(simulation, steps=steps, filters=_filters_of(case, terms, steps, judged=True))
 
 
 def _first_simulation(case: SimulationCase, terms: Terms, points: int) -> Simulation:

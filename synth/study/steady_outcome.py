@@ -90,7 +90,7 @@ def _shaped(scene: Scene, contact: Contact, phases: int) -> Contact:
     load, turns = max(scene.scan.load, scene.scan.lift_load), scene.scan.speed / scene.texture.period
     tolerance = scene.accuracy.tolerance if isinstance(scene.accuracy.tolerance, float) else 1e-3
     demand = Demand(max(_highest(scene, phases), 1), ORDERS, tolerance)
-    return shape_for(contact, scene, demand, (load, load), turns)[0]
+    return shape_for(contact, scene, demand, (load, load), turns, tolerance)[0]
 
 
 def _errors(z: Array, coarse: Array | None, scale: float, highest: int) -> Array:

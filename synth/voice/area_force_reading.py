@@ -23,7 +23,7 @@ from synth.motion.scan_motion import ScanMotion
 from synth.plan.direct_plan import PATH_SLOPE, over_area
 from synth.plan.frame_plan import FramePlan
 from synth.plan.own_motion import pressed
-from synth.plan.path_frames import BEGINS, SECONDS, SHORT, cells_along_path, path_frames
+from synth.plan.path_frames import BEGINS, SECONDS, SHORT, UNSEEN, cells_along_path, path_frames
 from synth.plan.preparation import Preparation
 from synth.plan.request import HAND_SPEEDS
 from synth.plan.scene_table import band_of, bounds_for
@@ -67,7 +67,7 @@ class MovingForce:
         short = Swing(SOLUTIONS * band, band, fastest, slope, SHORT)
         frames = None
         if solved.live or over_area(solved) or solved.load_varies:  # its cells are those of z
-            cells = changed_by(force.doubled(), force, short, load, BEGINS)
+            cells = UNSEEN * changed_by(force.doubled(), force, short, load, BEGINS)
         else:
             force, cells = cells_along_path(solved, force, solved.tolerance, (0,))
         if not solved.live:

@@ -17,13 +17,20 @@ ORDERS = (0, 2)
     ],
 )
 def test_it_says_both_figures(change: tuple[float, ...], errors: tuple[float, ...], said: str) -> None:
-    left = unresolved(effect_called("inertia"), ORDERS, change, errors, 1e-3)
-    assert left is not None and said in left.reason and left.effect_on_output is None
+    left = unresolved(effect_called("inertia"), ORDERS, change, errors, (0.0, 0.0), 1e-3)
+    assert left is not None and said in left.reason and left.effect_on_output in change
 
 
 def test_an_error_below_the_change_or_the_tolerance_decides_nothing() -> None:
-    assert unresolved(effect_called("inertia"), ORDERS, (0.1, 0.5), (0.05, 0.4), 1e-3) is None
-    assert unresolved(effect_called("inertia"), ORDERS, (1e-6, 1e-6), (5e-4, 9e-4), 1e-3) is None
+    none = 0.0, 0.0
+    assert unresolved(effect_called("inertia"), ORDERS, (0.1, 0.5), (0.05, 0.4), none, 1e-3) is None
+    assert unresolved(effect_called("inertia"), ORDERS, (1e-6, 1e-6), (5e-4, 9e-4), none, 1e-3) is None
+
+
+def test_an_error_that_the_scene_has_without_the_effect_decides_nothing() -> None:
+    change, errors = (0.01, 0.03), (0.001, 0.3)
+    assert unresolved(effect_called("inertia"), ORDERS, change, errors, (0.001, 0.25), 1e-3) is None
+    assert unresolved(effect_called("inertia"), ORDERS, change, errors, (0.001, 0.1), 1e-3) is not None
 
 
 def test_one_that_is_left_out_does_not_hide_one_that_matters() -> None:
