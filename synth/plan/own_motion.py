@@ -25,7 +25,7 @@ from synth.contact.load_balance import Contact
 from synth.plan.channels import APPROACH, SteadyScan, extent_and_peak
 from synth.plan.direct_plan import AREA_MEAN_TOLERANCE, MEAN_TOLERANCE, over_area, reads_series
 from synth.plan.direct_plan import MEANS as AREA_MEANS
-from synth.plan.direct_plan import PLACES as AREA_PLACES
+from synth.plan.direct_plan import PLACES as PLACES_OF_MEAN
 from synth.plan.frame_plan import FALL, PATIENCE, FramePlan
 from synth.plan.motion_peak import NEAR_MARGIN, differs_from_cruise, peaks_along
 from synth.plan.request import harmonics_in_band
@@ -38,6 +38,7 @@ from synth.scene.scene import Scene
 
 MEAN_SHARE = 50.0  # times the tolerance: the costly mean on a line over an area, whose error is then a twentieth of it
 PLACES_SHARE = 0.1  # part of the tolerance for the mean over places, of a file over an area
+OF_ORDER = 30.0, 5.0, 1.0  # times the tolerance that the mean keeps, by the highest order; its error is 1e-3 of that
 OF_ACCELERATION = 0.03  # least part of the tolerance that the mean keeps for it: a load may pass its knots quickly
 OF_BAND = 50.0  # that part, over the mean square of the frequencies of acceleration in bands: a knot reaches the band
 PIECE_SHARE = 0.15  # of the tolerance, for the folded error of pieces, and as much for what a landing leaves
@@ -143,20 +144,21 @@ def with_pieces(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mea
 def own_mean(asked: SteadyScan, contact: Any, tolerance: float) -> Mean:
     """Return the mean of z that the displacement of the request leaves out; `tolerance` is that of the scene."""
     loads, load, lift = asked.loads, pressed(asked.scene), asked.scene.scan.lift_load
-    if contact.geometry.over_area:
-        both, places = over_area(asked), AREA_PLACES
-        if not asked.live:
-            places = enough_places(contact, load, PLACES_SHARE * tolerance, places, across=both)
+    over, both, places = contact.geometry.over_area, over_area(asked), PLACES_OF_MEAN
+    if not asked.live:
+        across = over and both
+        places = enough_places(contact, load, PLACES_SHARE * tolerance, places, across=across)
+    if over:
         tolerance = min(max(MEAN_SHARE * tolerance, MEAN_TOLERANCE), AREA_MEAN_TOLERANCE)
         mean: Any = mean_over_area if both else mean_curve
         found: Mean = mean(contact, loads, load, tolerance, places, AREA_MEANS, lift)
         return found
-    part = 1.0
+    part = OF_ORDER[max(asked.orders)]
     if 2 in asked.orders:
         moved, pulled = (extent_and_peak(asked.series(order))[0] for order in (0, 2))
         highest = moved * (2.0 * math.pi * asked.scene.output.band_limit) ** 2
-        part = min(max(OF_BAND * pulled / max(highest, 1e-300), OF_ACCELERATION), 1.0)
-    return mean_curve(contact, loads, load, part * tolerance, lift=lift)
+        part = min(max(OF_BAND * pulled / max(highest, 1e-300), OF_ACCELERATION), part)
+    return mean_curve(contact, loads, load, part * tolerance, places, lift=lift)
 
 
 def has_approach(scene: Scene) -> bool:
