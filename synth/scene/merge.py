@@ -10,7 +10,7 @@ its default. Objects are merged field by field. In addition, some fields displac
   pairs of texture fields that write one value in two ways (`texture_registry.alternatives`).
 - `output.channels` displaces `quantity` and `full_scale`. A `quantity` displaces `channels`, and displaces the full
   scale if the quantity changes.
-A field that is set to null displaces nothing.
+A field that is set to null displaces nothing. Where `effects` is "auto", a patch of one effect leaves the others so.
 Limits: the result is not checked; `parse_scene` checks it.
 """
 
@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from synth.errors import Fault, SceneError
+from synth.scene.effects_section import in_full
 from synth.scene.output_section import FULL_BAND, Output
 from synth.scene.texture_registry import alternatives
 
@@ -30,6 +31,8 @@ _RIDGES = {"ridge_amplitude", "roughness"}
 def merge_patch(document: Mapping[str, object], patch: Mapping[str, object]) -> Document:
     """Return a new document: `document` merged with `patch`. Raises SceneError if `patch` is nested too deeply."""
     kept: Document = dict(document)
+    if isinstance(patch.get("effects"), Mapping):
+        kept["effects"] = in_full(kept.get("effects"))
     for section, change in patch.items():
         present = kept.get(section)
         if isinstance(change, Mapping) and isinstance(present, Mapping):

@@ -172,3 +172,14 @@ def test_a_patch_that_is_nested_without_end_is_refused() -> None:
         patch = {"scan": patch}
     with pytest.raises(SceneError):
         merge_patch({}, patch)
+
+
+def test_a_patch_of_one_effect_leaves_the_others_auto() -> None:
+    """As in a session, which keeps its scene with every effect by name."""
+    patch = {"effects": {"inertia": {"mass": 1e-3}, "adhesion": None}}
+    merged = merge_patch({"effects": "auto"}, patch)
+    assert merged["effects"] == merge_patch(scene_document(parse_scene({"effects": "auto"})), patch)["effects"]
+    kept = merged["effects"]
+    assert isinstance(kept, dict) and kept.pop("inertia") == {"mass": 1e-3}
+    assert "adhesion" not in kept and set(kept.values()) == {"auto"} and "viscous_skin" in kept
+    assert merge_patch({"effects": {"inertia": {}}}, {"effects": "auto"}) == {"effects": "auto"}
