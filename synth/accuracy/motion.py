@@ -31,7 +31,6 @@ from synth.contact.load_balance import Contact
 from synth.motion.motion import LOAD
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.channels import ChannelPlan
-from synth.plan.direct_plan import reads_series
 from synth.plan.frame_plan import FALL, FEWEST, FramePlan, stride_of
 from synth.plan.own_motion import own_mean
 from synth.plan.preparation import Preparation
@@ -91,7 +90,7 @@ class MotionCase:
     @property
     def reads_series(self) -> bool:
         """Whether a file reads the series of a constant load along the motion, as `voice.solved_frames` does."""
-        return reads_series(self.solved) and not self.solved.simulated
+        return self.solved.reads_series and not self.solved.simulated
 
     @cached_property
     def contact(self) -> Contact:

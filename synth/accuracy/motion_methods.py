@@ -27,7 +27,6 @@ from synth.arrays import Array
 from synth.contact.finger_columns import COLUMNS
 from synth.contact.load_balance import Contact
 from synth.contact.profile_solver import SegmentGrid
-from synth.plan.direct_plan import over_area
 from synth.plan.frame_plan import FRAME_SETUP
 from synth.plan.scene_table import table_of_scene
 from synth.response.demand import harmonics_of
@@ -76,7 +75,7 @@ def missing_methods(case: MotionCase) -> Iterator[LeftOutMethod]:
 
 def table_is_possible(case: MotionCase) -> bool:
     """Return whether a response table covers the motion."""
-    return short_enough(case.scene) and not over_area(case.solved)
+    return short_enough(case.scene) and not case.solved.over_area
 
 
 def _steps_name(case: MotionCase, ratio: float) -> str:

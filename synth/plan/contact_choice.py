@@ -19,7 +19,6 @@ from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
 from synth.contact.scene_contact import contact_of
 from synth.effects.effect import Kind
-from synth.plan.direct_plan import over_area
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.live_work import affordable
 from synth.plan.path_frames import cells_along_line, cells_along_path, first_cells
@@ -61,7 +60,7 @@ def shape_in_cells(
 def _at_places(asked: Request) -> bool:
     """Return whether a file over an area is solved at places or points, and not as one series."""
     simulated = any(asked_effects(asked.scene, Kind.BALANCE))
-    return over_area(asked) or asked.load_varies or asked.stretch is not None or simulated
+    return asked.over_area or asked.load_varies or asked.stretch is not None or simulated
 
 
 def on_line(asked: Request, geometry: Geometry) -> bool:

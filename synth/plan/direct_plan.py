@@ -100,20 +100,10 @@ def may_turn(scene: Scene) -> bool:
     return line and not any(asked_effects(scene, Kind.BALANCE))
 
 
-def over_area(asked: Request) -> bool:
-    """Return whether the finger may leave the line of the scan: on a path over an area, or led by a hand."""
-    return asked.area or not asked.scene.scan.along_x
-
-
-def reads_series(asked: Request) -> bool:
-    """Return whether a moving file reads z from the series of one load, instead of solving it along its motion."""
-    return not (asked.load_varies or asked.stretch is not None or over_area(asked))
-
-
 def beyond_table(asked: Request, contact: Contact) -> bool:
     """Return whether a moving voice of the request is solved directly on `contact`, by the rule of this module."""
     scene = asked.scene
-    if asked.stretch is not None or over_area(asked):
+    if asked.stretch is not None or asked.over_area:
         return True
     most = bounds_for(scene).harmonics
     if harmonics_in_band(scene, most + 1) <= most or any(effect.has_table for effect, _settings in outputs_of(scene)):
@@ -134,7 +124,7 @@ def direct_plan(
     loads = min(low, HAND_LOADS[0]), scene.scan.load, max(high, HAND_LOADS[1])
     judged = tuple(max(load, scene.scan.lift_load) for load in loads)
     own = ScanMotion(scene, whole=asked.live).fastest()
-    on_path, fastest = over_area(asked), max(own, HAND_SPEEDS[1])
+    on_path, fastest = asked.over_area, max(own, HAND_SPEEDS[1])
     arguments = (scene.output.sample_rate, band_of(scene), fastest, own if on_path else None, judged, heaviest)
     decided = (contact.geometry.texture_period, *arguments, tolerance)
     return cache.get(

@@ -23,7 +23,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.plan.channels import APPROACH, SteadyScan, extent_and_peak
-from synth.plan.direct_plan import AREA_MEAN_TOLERANCE, MEAN_TOLERANCE, over_area, reads_series
+from synth.plan.direct_plan import AREA_MEAN_TOLERANCE, MEAN_TOLERANCE
 from synth.plan.direct_plan import MEANS as AREA_MEANS
 from synth.plan.direct_plan import PLACES as PLACES_OF_MEAN
 from synth.plan.frame_plan import FALL, PATIENCE, FramePlan
@@ -73,7 +73,7 @@ def own_motion(
     if all(channel.full_scale for channel in listed) or not (approach or differs):
         return mean, frames, peaks, ""
     known = tuple(sorted({0, *asked.orders, *({WITH_MEAN} if approach else ())}))
-    read = SeriesCurve(asked.spectrum.harmonics).heights if reads_series(asked) and not asked.live else None
+    read = SeriesCurve(asked.spectrum.harmonics).heights if asked.reads_series and not asked.live else None
     found, warning = peaks_along(contact, asked, mean, known, series, read, frames)
     height, band = contact.geometry.height_scale, 2.0 * math.pi * scene.output.band_limit
     rounding = [FLOOR * height * band ** max(order, 0) for order in known]
@@ -144,7 +144,7 @@ def with_pieces(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mea
 def own_mean(asked: SteadyScan, contact: Any, tolerance: float) -> Mean:
     """Return the mean of z that the displacement of the request leaves out; `tolerance` is that of the scene."""
     loads, load, lift = asked.loads, pressed(asked.scene), asked.scene.scan.lift_load
-    over, both, places = contact.geometry.over_area, over_area(asked), PLACES_OF_MEAN
+    over, both, places = contact.geometry.over_area, asked.over_area, PLACES_OF_MEAN
     if not asked.live:
         across = over and both
         places = enough_places(contact, load, PLACES_SHARE * tolerance, places, across=across)

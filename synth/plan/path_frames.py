@@ -26,7 +26,7 @@ from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.kept_files import json_form
 from synth.motion.scan_motion import ScanMotion
-from synth.plan.direct_plan import PATH_SLOPE, over_area
+from synth.plan.direct_plan import PATH_SLOPE
 from synth.plan.frame_plan import FramePlan, counted, solution_nanoseconds, stride_of
 from synth.plan.live_work import LEFT_OF_CHANGE
 from synth.plan.request import Request
@@ -140,7 +140,7 @@ def path_frames(
     band, listed = scene.output.band_limit, list(asked.orders if orders is None else orders)
     count = max(1, math.ceil(SOLUTIONS * band / frames))
     allowed = np.maximum(FOLDED_SHARE * tolerance, CELLS_SHARE * cells[listed])
-    slope = PATH_SLOPE if over_area(asked) else 0.0
+    slope = PATH_SLOPE if asked.over_area else 0.0
     while True:
         swing = Swing(count * frames, band, fastest, slope, SECONDS)
         z = swing.heights(contact, load, 0.5)

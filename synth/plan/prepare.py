@@ -26,12 +26,11 @@ from synth.motion.recorded_motion import rendered_part
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.channels import NEARLY, ChannelPlan, extent_and_peak
 from synth.plan.contact_choice import contact_in_cells, on_line, shape_in_cells
-from synth.plan.direct_plan import beyond_table, direct_plan, follows_path, over_area
+from synth.plan.direct_plan import beyond_table, direct_plan, follows_path
 from synth.plan.effect_choice import LONGEST_WHOLE, SimulationCase, outputs_of
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, simulated_channel
 from synth.plan.frame_plan import FramePlan, plan_frames
-from synth.plan.level_warnings import level_of_effects, uncertain_level
 from synth.plan.motion_peak import differs_from_cruise
 from synth.plan.own_motion import has_approach, own_motion, pressed
 from synth.plan.path_frames import beside_cells, cells_along_line, path_frames
@@ -42,6 +41,7 @@ from synth.plan.scene_series import TIGHTEST, imperceptible, series_of, shaped_c
 from synth.plan.scene_table import kept_table, read_error
 from synth.plan.silence import above_band, silence_of
 from synth.plan.stretch import Stretch, on_whole, stretch_of
+from synth.plan.warnings import level_of_effects, uncertain_level
 from synth.response.demand import Demand
 from synth.response.reading_filter import ORDERS
 from synth.response.table_error import QUANTITIES
@@ -169,7 +169,7 @@ def _frames(solved: Preparation, demand: Demand, cells: Array) -> FramePlan | No
     scene, contact, spectrum = solved.scene, solved.contact, solved.spectrum
     assert contact is not None and spectrum is not None
     scale = min(1.0, scene.output.band_limit / (BAND * scene.output.sample_rate))
-    if over_area(solved):
+    if solved.over_area:
         return path_frames(solved, contact, cells, solved.tolerance, scale)
     known = pressed(scene), spectrum
     frames = plan_frames(contact, scene, demand, known, scale, solved=solved.stretch is not None)

@@ -68,6 +68,16 @@ class Request:
         return self.by_hand or own or self.stretch is not None or self.area
 
     @property
+    def over_area(self) -> bool:
+        """True if the finger may leave the line of the scan: on a path over an area, or led by a hand."""
+        return self.area or not self.scene.scan.along_x
+
+    @property
+    def reads_series(self) -> bool:
+        """True if z is read from the series of one load, instead of being solved along the motion."""
+        return not (self.load_varies or self.stretch is not None or self.over_area)
+
+    @property
     def of_levels(self) -> bool:
         """True if the series gives levels and errors only, and every sample is solved."""
         return self.stretch is not None or self.area

@@ -35,8 +35,20 @@ from synth.effects.simulation.terms import ELASTIC, Terms
 from synth.motion.moved_skin import mover_of
 from synth.plan.contact_steppers import point_stepper, slope_forces, table_stepper
 from synth.plan.effect_choice import SimulationCase, relative_change
-from synth.plan.pilot_run import LONGEST_OWN, SEARCHED, Pilot, is_heavy, run_own, run_pilot, started, work_of
-from synth.plan.simulation_error import left_by_series, start_errors, steps_errors, table_errors
+from synth.plan.pilot_run import (
+    LONGEST_OWN,
+    SEARCHED,
+    Pilot,
+    is_heavy,
+    left_by_series,
+    run_own,
+    run_pilot,
+    start_errors,
+    started,
+    steps_errors,
+    table_errors,
+    work_of,
+)
 from synth.response.demand import Complex
 from synth.response.lift_gate import gate
 from synth.sampling.band_edge import WHOLE_TO, edge_of

@@ -1,4 +1,4 @@
-"""PLAN WARNINGS: unusual values, motions too weak to be felt or beyond any actuator, and a cancelled fundamental.
+"""PLAN WARNINGS: unusual values, motions too weak to be felt or beyond any actuator, a cancelled fundamental, levels.
 
 Stage   2 (PLAN).
 Model   Each harmonic of the motion is divided by the detection threshold at its frequency (`threshold`). If the sum of
@@ -10,6 +10,7 @@ Model   Each harmonic of the motion is divided by the detection threshold at its
         and the warning states this.
         A simulated motion is judged by the largest sinusoid that fits into its peak-to-peak. It is therefore reported
         as unfelt only if it is certainly below the threshold.
+        The automatic full scale of a file may not be that of its own frames.
 Source  Sum of squares: Bensmaia & Hollins (2003), roughness by Pacinian-weighted power. Actuators: a TacHammer Carlton,
         5 g steadily and 25 g in an impulse, as others quote its maker; unverified.
 Limits  The threshold is that of one observer, for steady sinusoids. Motions with a varying load, and channels of force,
@@ -19,16 +20,21 @@ Limits  The threshold is that of one observer, for steady sinusoids. Motions wit
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from fractions import Fraction
 
 import numpy as np
 
 from synth.perception.threshold import LARGEST_LINE, threshold_displacement
-from synth.plan.channels import PEAK
+from synth.plan.channels import PEAK, ChannelPlan
+from synth.plan.effect_choice import outputs_of
+from synth.plan.effects_preparation import PreparedEffects
 from synth.plan.preparation import Preparation
 from synth.plan.request import harmonics_in_band
 from synth.response.demand import curves, points_for
 from synth.scene.doubtful_values import doubts
+from synth.scene.output_section import Channel
+from synth.scene.scene import Scene
 from synth.surfaces import profile_of
 
 GRAVITY = 9.80665  # m/s^2
@@ -37,6 +43,7 @@ STEADY = 5.0 * GRAVITY / math.sqrt(2.0)  # m/s^2 rms, largest claimed steady acc
 LOWEST = 1.0  # Hz: below it no threshold is known, and a motion is no vibration
 CANCELLED = 0.1  # of the strongest line (20 dB): a weaker fundamental is reported; measured ones are the strongest
 LARGEST_DENOMINATOR = 12  # of the ratio of the periods in that warning
+OFF_LEVEL = 0.025  # of the peak, so that it is 0.78 to 0.82: a larger error is told as one of the level
 STEPS = 64  # number of frequencies below each harmonic at which a scan with varying speed is judged
 
 
@@ -118,3 +125,47 @@ def _unmakeable(solved: Preparation) -> tuple[str, ...]:
         f"This is beyond any known actuator: the acceleration {size}. The strongest actuator reaches {IMPULSE:.0f} "
         f"m/s^2 in an impulse and {STEADY:.0f} m/s^2 rms steadily. Reduce output.bandwidth or the speed.",
     )
+
+
+def level_of_effects(scene: Scene, effects: PreparedEffects, *, stepped: bool) -> tuple[str, ...]:
+    """Return a warning if an automatic full scale of a file with effects is not that of its own frames.
+
+    stepped: as of `Preparation`.
+    """
+    scan = scene.scan
+    if scan.stroke is None and scan.trajectory is None and scan.along_x and not scene.output.fade and not stepped:
+        return ()
+    automatic: list[str] = [one.quantity for one in scene.output.channel_list if stepped and not one.full_scale]
+    given = [scale for effect, settings in outputs_of(scene) for scale in effect.scales(settings)]
+    automatic += [one.quantity for one, scale in zip(effects.channels, given, strict=True) if not scale]
+    if not automatic:
+        return ()
+    return (
+        f"The full scale of the {_listed(automatic)} is that of steady scanning or of the first seconds of the motion, "
+        "because effects are simulated. The file may peak above or below 0.8 of it. Set output.full_scale for a level "
+        "of your own.",
+    )
+
+
+def uncertain_level(channels: Sequence[ChannelPlan], listed: Sequence[Channel], *, read: bool) -> tuple[str, ...]:
+    """Return a warning if the frames of a file may be off the level that its automatic full scale gives them.
+
+    channels, listed: as planned, and as the scene has them.
+    read: whether frames are read from a table, instead of being solved.
+    """
+    unsure = [
+        one.quantity
+        for one, asked in zip(channels, listed, strict=True)
+        if not asked.full_scale and (read or one.error * one.extent > OFF_LEVEL * PEAK * one.full_scale)
+    ]
+    if not unsure:
+        return ()
+    why = "its frames are read at a limited accuracy, as solving them would take too long" if read else "of its error"
+    return (
+        f"The level of the {_listed(unsure)} is uncertain because {why}. The file may peak above or below 0.8 of its "
+        "full scale. Set output.full_scale for a level of your own.",
+    )
+
+
+def _listed(quantities: Sequence[str]) -> str:
+    return " and ".join(quantities).replace("_", " ")

@@ -20,7 +20,7 @@ import numpy as np
 from synth.arrays import Array, Block
 from synth.contact.area_forces import ForceOverArea
 from synth.motion.scan_motion import ScanMotion
-from synth.plan.direct_plan import PATH_SLOPE, over_area
+from synth.plan.direct_plan import PATH_SLOPE
 from synth.plan.frame_plan import FramePlan
 from synth.plan.own_motion import pressed
 from synth.plan.path_frames import BEGINS, SECONDS, SHORT, UNSEEN, cells_along_path, path_frames
@@ -62,11 +62,11 @@ class MovingForce:
         scene, load, band = solved.scene, pressed(solved.scene), solved.scene.output.band_limit
         usual = HAND_SPEEDS[1] if solved.by_hand else 0.0
         fastest = max(ScanMotion(scene, whole=solved.live).fastest(), usual)
-        slope = PATH_SLOPE if over_area(solved) else 0.0
+        slope = PATH_SLOPE if solved.over_area else 0.0
         swing = Swing(SOLUTIONS * band, band, fastest, slope, SECONDS)
         short = Swing(SOLUTIONS * band, band, fastest, slope, SHORT)
         frames = None
-        if solved.live or over_area(solved) or solved.load_varies:  # its cells are those of z
+        if solved.live or solved.over_area or solved.load_varies:  # its cells are those of z
             cells = UNSEEN * changed_by(force.doubled(), force, short, load, BEGINS)
         else:
             force, cells = cells_along_path(solved, force, solved.tolerance, (0,))
@@ -77,7 +77,7 @@ class MovingForce:
             error = frames.errors[0]
         else:
             error = float(folded_errors(force, short, (load, load))[0][0] + cells[0]) + _filters(solved)[0].error
-        if (scene.scan.turns or (solved.by_hand and over_area(solved))) and not force.contact.of_any_direction:
+        if (scene.scan.turns or (solved.by_hand and solved.over_area)) and not force.contact.of_any_direction:
             larger = force.doubled()  # whose error is as large or larger, and takes a quarter of the time
             error += float(turning_errors(larger, larger, short, load)[0])
         values = swing.heights(force, load, 0.5)
@@ -148,7 +148,7 @@ class DirectForces:
     def of(cls, solved: Preparation, forces: tuple[MovingForce, ...]) -> DirectForces:
         """Return the readers of `forces`."""
         scene, direct = solved.scene, solved.direct
-        on_path = over_area(solved)
+        on_path = solved.over_area
         heaviest = bounds_for(scene).heaviest if direct is None else direct.heaviest
         filters = _filters(solved)
         return cls(

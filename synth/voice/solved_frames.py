@@ -11,7 +11,6 @@ from __future__ import annotations
 import numpy as np
 
 from synth.arrays import Block
-from synth.plan.direct_plan import reads_series
 from synth.plan.frame_plan import FramePlan
 from synth.plan.own_motion import own_mean
 from synth.plan.preparation import Preparation
@@ -36,7 +35,7 @@ class SolvedFrames:
         if mean is None:
             mean = own_mean(solved.steady, solved.contact, solved.tolerance)
         if heights is None:
-            series = reads_series(solved)
+            series = solved.reads_series
             heights = SeriesCurve(solved.spectrum.harmonics).heights if series else solved.whole.heights
         self._solver = FrameSolver(
             heights, solved.scene, mean, rate, count=plan.count, stride=plan.stride, scale=plan.scale,
