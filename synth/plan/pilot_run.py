@@ -187,4 +187,4 @@ def start_errors(case: SimulationCase, tried: Pilot) -> tuple[float, ...]:
         earlier.moved[0] += earlier.offset - tried.offset
         earlier.own[:1] += earlier.offset - tried.offset
     factor = 1.0 / -math.expm1(-simulation.settling / memory) if memory > 0.0 else 1.0
-    return tuple((factor if tried.repeats else UNLIKE) * one for one in earlier.differs_from(tried))
+    return tuple((factor if tried.repeats else UNLIKE) * one for one in tried.differs_from(earlier))

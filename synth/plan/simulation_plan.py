@@ -61,7 +61,7 @@ STEADY_BAND, MOVING_BAND = (0.40, 0.45), (0.35, 0.49)  # kept and removed band, 
 SCAN_BAND, HAND_BAND, JUDGED_BAND = (0.9, 1.0), (1.0, 2.0), (1.0, 1.5)
 LEAST_ATTENUATION, MOST_ATTENUATION = 70.0, 140.0  # dB
 FEWEST_STEPS = 96e3  # smallest number of steps per second: contacts change within tens of microseconds
-DOUBLED = 3  # doublings of the fewest steps after which a motion counts as one that does not repeat
+DOUBLED, DOUBLED_LIVE = 3, 1  # doublings of the fewest steps after which a motion counts as one that does not repeat
 SETTLING = 0.5  # s that are simulated before the first frame of a run that begins in the middle of its motion
 BUSY, BUSY_FILE = 0.14, 8.0  # predicted s of work per second: more hinders other live voices; files would take hours
 PATIENCE, PATIENCE_FILE = 0.2, 3.0  # predicted s of work of the next finer pilot, live and for a file
@@ -286,7 +286,7 @@ def _begun(case: SimulationCase, terms: Terms, points: int) -> Pilot:
     points: of skin.
     """
     first = tried = started(_first_simulation(case, terms, points), case)
-    for _doubling in range(DOUBLED):
+    for _doubling in range(DOUBLED_LIVE if case.live else DOUBLED):
         if tried.repeats:
             return tried
         tried = started(_halved_steps(case, terms, tried.simulation), case)
