@@ -62,8 +62,8 @@ class ChannelPlan:
     level: float = 0.0
 
     def with_error(self, more: Array) -> ChannelPlan:
-        """Return the channel with the value of `more` [orders] for its order added to its error."""
-        return replace(self, error=self.error + float(more[self.order]))
+        """Return the channel with the value of `more` [orders] for its order added to its error, if it moves."""
+        return self if self.extent == 0.0 else replace(self, error=self.error + float(more[self.order]))
 
     @property
     def is_approach(self) -> bool:

@@ -58,11 +58,6 @@ class SimulationCase(Request):
         return self.turns != 0.0 and not self.moving
 
     @property
-    def rests(self) -> bool:
-        """Whether the finger stands still."""
-        return self.turns == 0.0 and not self.moving
-
-    @property
     def known(self) -> Spectrum | None:
         """The series of a constant scan, from which its simulation differs by the effects alone."""
         pressed = self.scene.scan.load >= self.scene.scan.lift_load

@@ -29,7 +29,7 @@ from synth.motion.scan_motion import ScanMotion
 from synth.plan.direct_plan import PATH_SLOPE
 from synth.plan.frame_plan import FramePlan, counted, solution_nanoseconds, stride_of
 from synth.plan.live_work import LEFT_OF_CHANGE
-from synth.plan.request import Request
+from synth.plan.request import HAND_SPEEDS, Request
 from synth.plan.scene_table import entry_of
 from synth.plan.swing import MORE_FOLDS, Swing, changed_by, relative, turning_errors
 from synth.response.demand import Demand, harmonics_of, points_for
@@ -68,7 +68,7 @@ def cells_along_path(
     orders: as of `path_frames`.
     """
     scene, listed = asked.scene, list(asked.orders if orders is None else orders)
-    load, fastest = max(scene.scan.load, scene.scan.lift_load), ScanMotion(scene).fastest()
+    load, fastest = max(scene.scan.load, scene.scan.lift_load), ScanMotion(scene).fastest() or HAND_SPEEDS[1]
     swing = Swing(SOLUTIONS * scene.output.band_limit, scene.output.band_limit, fastest, PATH_SLOPE, SHORT)
     if contact.halved() is None:
         return contact, UNSEEN * changed_by(contact.doubled(), contact, swing, load, BEGINS)

@@ -113,7 +113,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
         tolerance = imperceptible(contact, asked)
     contact, shapes, demand = shaped_contact(asked, contact, tolerance, beside_cells(tolerance, cells))
     contact, cells = shape_in_cells(asked, cache, tolerance, contact, cells, file=file)
-    if file and on_line(asked, geometry) and any(asked_effects(scene, Kind.BALANCE)):
+    if file and on_line(asked, geometry) and any(asked_effects(scene, Kind.BALANCE)) and not asked.rests:
         cells = cells_along_line(asked, contact, cache)  # a simulation has no series that tells them
     spectrum = series_of(asked, contact, demand, cache)
     on_surface = None if asked.stretch is None else on_whole(contact, scene)

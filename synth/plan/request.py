@@ -68,6 +68,11 @@ class Request:
         return self.by_hand or own or self.stretch is not None or self.area
 
     @property
+    def rests(self) -> bool:
+        """True if the finger stands still."""
+        return self.turns == 0.0 and not self.moving
+
+    @property
     def over_area(self) -> bool:
         """True if the finger may leave the line of the scan: on a path over an area, or led by a hand."""
         return self.area or not self.scene.scan.along_x

@@ -53,7 +53,7 @@ from synth.response.demand import Complex
 from synth.response.lift_gate import gate
 from synth.sampling.band_edge import WHOLE_TO, edge_of
 from synth.sampling.decimation import Decimator, narrowest
-from synth.scene.output_section import BAND, Channel
+from synth.scene.output_section import BAND, FULL_BAND, Channel
 
 STEADY_BAND, MOVING_BAND = (0.40, 0.45), (0.35, 0.49)  # kept and removed band, as parts of the rate
 # Kept and removed band, as parts of a narrower bandwidth: of a live scan, behind a hand, and where only steps and
@@ -70,7 +70,7 @@ FEWEST_POINTS, MOST_POINTS = 65, 16385  # along a line: fewer points save less t
 MOST_OVER_AREA = 1 << 17  # over an area: 20 MB of states
 SETTLED = 0.4  # largest change of a quantity by twice the steps, as a part of the tolerance
 TABLE_STEPS = 0.25  # the same, live, as a part of the error of the table if that is larger: more steps would not help
-RESTED = 64.0  # harmonics of the scan by which a finger at rest is planned
+RESTED = 512.0  # harmonics of the scan by which a finger at rest is planned; with 64, its place erred by 2e-4
 TOO_COARSE = 4.0  # error of a file's table over the tolerance, above which points replace the table; they cost more
 POINTS_SHARE = 0.4  # error of the skin's points, as a part of the tolerance
 LEFT_BY_POINTS = 0.55  # error over the change by half the points: order 1.5, from kinks where surfaces begin to touch
@@ -200,8 +200,11 @@ def plan_simulation(case: SimulationCase, terms: Terms, *, of_points: bool = Fal
 def _at_rest(case: SimulationCase, terms: Terms) -> SimulationPlan:
     """Return the plan of a finger at rest: where a scan without mass and memory, of any speed, would stop."""
     scene = case.scene
-    scan = scene.scan.model_copy(update={"speed": scene.texture.period * scene.output.band_limit / RESTED})
-    output = scene.output.model_copy(update={"channels": (Channel.model_construct(quantity="displacement"),)})
+    channels = (Channel.model_construct(quantity="displacement"),)
+    output = scene.output.model_copy(
+        update={"channels": channels, "bandwidth": FULL_BAND, "sample_rate": int(0.5 * FEWEST_STEPS)}
+    )
+    scan = scene.scan.model_copy(update={"speed": scene.texture.period * output.band_limit / RESTED})
     slow = replace(case, scene=scene.model_copy(update={"scan": scan, "output": output}))
     plan = plan_simulation(slow, terms.of_rest)
     return replace(plan, simulation=replace(plan.simulation, scene=scene))

@@ -54,7 +54,7 @@ def plan_doubts(solved: Preparation) -> tuple[str, ...]:
 
 def _cancelled(solved: Preparation) -> tuple[str, ...]:
     """Warn where the equal ridges of a comb cancel the line at u / lambda2, which every measured finger has."""
-    if solved.spectrum is None or not solved.scene.finger.traits.straight or solved.spectrum.closed:
+    if solved.spectrum is None or not solved.scene.finger.traits.straight or solved.spectrum.closed or solved.rests:
         return ()
     scene = solved.scene
     if solved.stretch is not None or scene.texture.period > scene.finger.contact_length:

@@ -86,3 +86,13 @@ def test_auto_says_that_nothing_changes_at_rest() -> None:
     plan = rw.explain(scene_of({"viscous_skin": "auto"})).document()
     reasons = {one["name"]: one["reason"] for one in plan["left_out"]}
     assert reasons["viscous_skin"] == "The finger rests, so it changes nothing."
+
+
+@pytest.mark.parametrize("finger", [{}, {"kind": "fingertip"}, {"kind": "probe"}], ids=str)
+def test_over_dots_and_on_every_finger_nothing_is_told_of_what_does_not_move(finger: Any) -> None:
+    """The error by the cells was that of a swing at no speed: 1.5 to 27 of the peak-to-peak."""
+    for texture in ({}, {"kind": "dots"}):
+        plan = rw.explain(scene_of({"viscous_skin": {}}, finger=finger, texture=texture)).document()
+        told = plan["estimated_error"]
+        assert told["velocity"] == told["acceleration"] == 0.0 and 0.0 < told["approach"] < 0.02
+        assert not any("u / lambda2" in text for text in plan["warnings"])
