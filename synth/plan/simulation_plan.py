@@ -75,9 +75,7 @@ TOO_COARSE = 4.0  # error of a file's table over the tolerance, above which poin
 POINTS_SHARE = 0.4  # error of the skin's points, as a part of the tolerance
 LEFT_BY_POINTS = 0.55  # error over the change by half the points: order 1.5, from kinks where surfaces begin to touch
 LEFT_BY_CORNERS = 1.0  # the same on a texture with corners: order 1
-LEFT_OVER_AREA = (
-    1.1  # the same of a fingertip, whose rows converge less evenly: of some 150 random scenes one needed 1.1
-)
+LEFT_OVER_AREA = 1.1  # the same of a fingertip, whose rows converge unevenly: of 150 random scenes one needed 1.1
 
 
 @dataclass(frozen=True, slots=True)
