@@ -7,7 +7,8 @@ Model   Numba's own cache demands a folder that it can write, also to read, and 
         anywhere is compiled again by each process; this is logged once.
         A kernel also contains the code that it calls in other files. It is therefore kept with a hash of all sources
         of kernels, and is compiled again when one of them changes.
-Limits  Uses classes of Numba that its documentation describes for developers (tried with numba 0.68).
+Limits  Uses classes of Numba that its documentation describes for developers, and two private methods of one
+        (tried with numba 0.68).
 """
 
 from __future__ import annotations

@@ -41,10 +41,7 @@ OVER_AREA = 8.0  # factor on EXACT_CELL for a height field, at 1.8 N; about 5 at
 FRAME_SETUP = 60.0  # ns per solution outside the solver: motion, transforms
 CURVE_READ = 80.0  # ns per solution that is read from a series
 PATIENCE = 300.0  # s of predicted work for a recording; above it there are fewer solutions, or the table is read
-FEWER, STILL_SOLVED = (
-    4.0,
-    0.02,
-)  # factor by which they may be fewer, and the error up to which they are; tables err alike
+FEWER, STILL_SOLVED = 4.0, 0.02  # how many times fewer they may be, and up to which error: that of a table is similar
 
 
 @dataclass(frozen=True, slots=True)

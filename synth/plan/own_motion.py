@@ -37,8 +37,8 @@ from synth.sampling.landing import MOST_FINER, pieces
 from synth.scene.scene import Scene
 
 MEAN_SHARE = 50.0  # times the tolerance: the costly mean on a line over an area, whose error is then a twentieth of it
-PLACES_SHARE = 0.1  # part of the tolerance for the mean over places, of a file over an area
-OF_ORDER = 30.0, 5.0, 1.0  # times the tolerance that the mean keeps, by the highest order; its error is 1e-3 of that
+PLACES_SHARE = 0.1  # part of the tolerance for the mean over places, of a file
+OF_ORDER = 30.0, 5.0, 1.0  # times the tolerance that the mean keeps, by the highest order: it errs by 1e-3 of that
 OF_ACCELERATION = 0.03  # least part of the tolerance that the mean keeps for it: a load may pass its knots quickly
 OF_BAND = 50.0  # that part, over the mean square of the frequencies of acceleration in bands: a knot reaches the band
 PIECE_SHARE = 0.15  # of the tolerance, for the folded error of pieces, and as much for what a landing leaves
@@ -146,8 +146,7 @@ def own_mean(asked: SteadyScan, contact: Any, tolerance: float) -> Mean:
     loads, load, lift = asked.loads, pressed(asked.scene), asked.scene.scan.lift_load
     over, both, places = contact.geometry.over_area, asked.over_area, PLACES_OF_MEAN
     if not asked.live:
-        across = over and both
-        places = enough_places(contact, load, PLACES_SHARE * tolerance, places, across=across)
+        places = enough_places(contact, load, PLACES_SHARE * tolerance, places, across=over and both)
     if over:
         tolerance = min(max(MEAN_SHARE * tolerance, MEAN_TOLERANCE), AREA_MEAN_TOLERANCE)
         mean: Any = mean_over_area if both else mean_curve

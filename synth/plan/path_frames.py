@@ -65,6 +65,8 @@ def cells_along_path(
 ) -> tuple[Any, Array]:
     """Return `contact`, or a force, in the cells of a file along a path, and the error of each quantity by the cells.
 
+    A finger at rest swings at a usual speed of a hand.
+
     orders: as of `path_frames`.
     """
     scene, listed = asked.scene, list(asked.orders if orders is None else orders)

@@ -179,10 +179,8 @@ def start_errors(case: SimulationCase, tried: Pilot) -> tuple[float, ...]:
     simulation, steady = tried.simulation, tried.simulation.steady
     if steady is not None and steady.harmonics is not None:
         return (steady.left,) * len(case.orders)
-    earlier, memory = (
-        run_pilot(replace(simulation, settling=2.0 * simulation.settling), case),
-        simulation.stepper.memory,
-    )
+    memory = simulation.stepper.memory
+    earlier = run_pilot(replace(simulation, settling=2.0 * simulation.settling), case)
     if case.orders[0] == 0:  # the output has one offset, so a drift of the mean is heard
         earlier.moved[0] += earlier.offset - tried.offset
         earlier.own[:1] += earlier.offset - tried.offset

@@ -4,7 +4,7 @@ Stage   3 (VOICE), used by `tangential_force` where the finger moves over an are
 Model   A file solves the force at equal steps, as it solves z (`frame_solver`); the number of steps is chosen for the
         force (`path_frames`). A voice with deadlines, and a file whose frames would take too long, solve it along the
         motion (`direct_reader`), with the filters of the displacement, so that z and the forces have one delay.
-        The error is that of a swing: what folds, the change from cells twice as large, and the error of the filter.
+        The error is that of a swing: what folds, twice the change from cells twice as large, and that of the filter.
 Source  design, sections 4 and 8.
 Limits  The swing is short, and along one line of the area.
 """

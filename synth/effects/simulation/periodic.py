@@ -143,7 +143,7 @@ def steady_of(
     crossings: ridges passed per period.
     tolerance: of z, relative to its peak-to-peak.
     near: the motion of the same contact at other points or in other steps, if known.
-    highest, of_mass: as of `harmonics_of_rows`.
+    highest, of_mass: as of `_harmonics`.
     """
     begin = None if near is None else stepper.taken_over(near.state)
     begin = _begun(stepper, period, crossings) if begin is None else begin
@@ -155,11 +155,11 @@ def steady_of(
     if found is None:
         return None
     state, rows, left = found
-    harmonics = harmonics_of_rows(stepper, period, rows, highest, of_mass=of_mass)
+    harmonics = _harmonics(stepper, period, rows, highest, of_mass=of_mass)
     return SteadyMotion(state, len(period.phases), harmonics, left)
 
 
-def harmonics_of_rows(stepper: Stepper, period: Period, rows: Array, highest: int, *, of_mass: bool) -> Complex | None:
+def _harmonics(stepper: Stepper, period: Period, rows: Array, highest: int, *, of_mass: bool) -> Complex | None:
     """Return the harmonics of the `rows` of a period, see `SteadyMotion`.
 
     highest: number of harmonics that are kept.
