@@ -12,7 +12,7 @@ $(PYTHON): pyproject.toml constraints.txt
 
 setup: $(PYTHON)  ## make .venv-test with everything that tests, linters and figures need
 test: $(PYTHON)  ## run the default tests; TESTS=tests/synth/voice runs a part of them
-	$(PYTHON) -m pytest -n 4 --dist loadfile -m 'not thorough and not alone' $(TESTS)
+	$(PYTHON) -m pytest -n 4 --dist loadfile --no-loadscope-reorder -m 'not thorough and not alone' $(TESTS)
 	$(PYTHON) -m pytest -m 'alone and not thorough' $(TESTS) || test $$? -eq 5
 thorough: $(PYTHON)  ## run more scenes of what the default tests show with a few
 	$(PYTHON) -m pytest -n 4 --dist worksteal -m 'thorough and not alone' $(TESTS)

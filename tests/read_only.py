@@ -40,7 +40,8 @@ def command(words: Sequence[str], folder: Path, user: int = NOBODY) -> list[str]
 def environment(tree: Path, **variables: str) -> dict[str, str]:
     """Return the environment of a program of the copy `tree`, without a home."""
     paths = [str(tree), *(path for path in sys.path if path.endswith("-packages"))]
-    return {"PATH": os.environ["PATH"], "PYTHONPATH": os.pathsep.join(paths), "LANG": "C.UTF-8", **variables}
+    quickly = {"NUMBA_OPT": "1"}  # kernels that are compiled here need not be fast
+    return {"PATH": os.environ["PATH"], "PYTHONPATH": os.pathsep.join(paths), "LANG": "C.UTF-8", **quickly, **variables}
 
 
 @cache

@@ -13,6 +13,7 @@ import pytest
 from synth.study.ready import ready_names, ready_text
 from synth.study.spec import read_spec
 from tests.conftest import RunsRidgewave
+from tests.few import few
 
 PAGE = (Path(__file__).resolve().parents[1] / "docs" / "study.md").read_text("utf-8")
 
@@ -48,7 +49,7 @@ def test_the_four_commands_of_the_page_lead_to_the_map(ridgewave: RunsRidgewave,
         assert np.isfinite(made.pc_level.values).any() and (made.reason.values == 0).all()
 
 
-@pytest.mark.parametrize("name", ready_names())
+@pytest.mark.parametrize("name", few(ready_names(), 3))
 def test_the_figure_of_a_ready_study_is_the_same_when_it_is_drawn_again(
     name: str, ridgewave: RunsRidgewave, tmp_path: Path
 ) -> None:

@@ -20,7 +20,7 @@ from service.app import create_app
 from service.compute.import_process import answer_of
 from synth.errors import CannotRender, InvalidRequest
 from tests.conftest import RunsRidgewave
-from tests.few import thorough
+from tests.few import few, thorough
 from tests.service.harness import ROOT, ask, problem, settings_of
 from tests.service.plain_engine import PlainEngine
 from tests.synth.surfaces.readers.bad_files import zip_of
@@ -63,7 +63,7 @@ def own(tmp_path: Path) -> FastAPI:
     return create_app(settings_of(data_folder=tmp_path / "data"), PlainEngine())
 
 
-@pytest.mark.parametrize("name", ["scan.x3p", "scan.xlsx", "scan.npz"])
+@pytest.mark.parametrize("name", few(["scan.x3p", "scan.xlsx", "scan.npz"], 1))
 def test_a_damaged_zip_is_refused_over_http_and_the_next_import_is_served(
     own: FastAPI, name: str, caplog: pytest.LogCaptureFixture
 ) -> None:

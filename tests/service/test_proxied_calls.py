@@ -16,6 +16,7 @@ import httpx
 import numpy as np
 import pytest
 
+from tests.few import thorough
 from tests.service.harness import PATIENCE, Child, problem, serving, settings_of, until
 from tests.service.live.client import live
 from tests.service.nginx import CONFIGURATION, NODES, nginx
@@ -165,7 +166,7 @@ def test_every_call_passes_nginx_in_front_of_two_nodes(two: Front) -> None:
         passes_every_call(two)
 
 
-@pytest.mark.parametrize("node", [0, 1])
+@pytest.mark.parametrize("node", [0, thorough(1)])
 def test_every_call_passes_while_one_of_two_nodes_hangs(two: Front, node: int) -> None:
     with two.hanging(node):
         until(lambda: two.client.get("/v1/textures").status_code == 200)  # the other one hung a moment ago
@@ -210,7 +211,7 @@ def test_the_table_of_a_node_that_hangs_is_to_be_made_again(two: Front) -> None:
             assert answer.status_code == 404 and answer.headers["content-type"] == "application/problem+json"
 
 
-@pytest.mark.parametrize("node", [0, 1])
+@pytest.mark.parametrize("node", [0, thorough(1)])
 def test_a_stop_reaches_the_others_and_is_answered_while_a_node_hangs(two: Front, node: int) -> None:
     sessions = [two.session(name) for name in "ab"]
     other = sessions[1 - node]
@@ -263,7 +264,7 @@ def upload(size: int) -> dict[str, Any]:
     return {"content": body(), "headers": headers}
 
 
-@pytest.mark.parametrize("name", ["one", "two"])
+@pytest.mark.parametrize("name", [thorough("one"), "two"])
 @pytest.mark.slow
 def test_the_largest_import_reaches_the_service(name: str, request: pytest.FixtureRequest) -> None:
     client: httpx.Client = request.getfixturevalue(name).client

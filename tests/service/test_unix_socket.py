@@ -22,6 +22,7 @@ from service.app import create_app
 from service.server import listen, require_key
 from service.unix_socket import identity, listen_on_path, remove_own
 from synth.errors import CannotRender
+from tests.few import thorough
 from tests.service.harness import PATIENCE, ROOT, START, settings_of, until
 from tests.service.nginx import CONFIGURATION, nginx
 from tests.service.plain_engine import PlainEngine
@@ -130,7 +131,7 @@ def test_a_peer_at_the_socket_is_this_machine_and_elsewhere_it_is_unknown(folder
         assert create_app(settings, PlainEngine()).state.service.limits.address(scope) == expected
 
 
-@pytest.mark.parametrize("end", [signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize("end", [signal.SIGTERM, thorough(signal.SIGKILL)])
 def test_several_workers_listen_on_one_socket(folder: Path, end: signal.Signals) -> None:
     path = folder / "http.sock"
     with serving_at(path, WORKERS, RIDGEWAVE_WORKERS="2") as process:

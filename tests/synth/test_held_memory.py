@@ -17,7 +17,7 @@ from synth.surfaces import profile_of
 from synth.surfaces.surface_data import SurfaceData, add_source, remove_source
 from synth.voice.hand_voice import HandVoice
 from synth.voice.voice import open_voice
-from tests.few import thorough
+from tests.few import paired
 
 MEGABYTE = 1 << 17  # float64
 TIP = {"kind": "fingertip", "contact_length": "4 mm"}
@@ -82,8 +82,7 @@ SCENES: dict[str, tuple[dict[str, Any], Any]] = {
 }
 
 
-@pytest.mark.parametrize("name", [name if "1 m" not in name else thorough(name) for name in SCENES])
-@pytest.mark.parametrize("live", [True, False], ids=["live", "file"])
+@pytest.mark.parametrize(("name", "live"), paired(SCENES, [True, False]), ids=str)
 def test_the_told_memory_is_what_python_has_allocated_and_is_free_once_the_voice_is(name: str, *, live: bool) -> None:
     document, make = SCENES[name]
     surface = None if make is None else make()

@@ -10,6 +10,7 @@ import pytest
 from tests.clients.web.browser import headless, watched
 from tests.clients.web.conftest import loaded
 from tests.clients.web.test_first_gesture import SOUNDS, Onlooker
+from tests.few import few
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Playwright
@@ -46,7 +47,7 @@ def on(screen: str) -> dict[str, Any]:
     return {"viewport": {"width": width, "height": height}, "has_touch": phone, "is_mobile": phone}
 
 
-@pytest.mark.parametrize("screen", SCREENS)
+@pytest.mark.parametrize("screen", few(SCREENS, 2))
 def test_a_newcomer_sees_a_texture_and_hears_it_with_one_gesture(
     browser: Browser, service: Running, screen: str
 ) -> None:

@@ -26,7 +26,7 @@ from synth.motion.scan_motion import ScanMotion
 from synth.plan.prepare import prepare
 from synth.plan.usual_hand import prepare_hand
 from synth.scene.scene import Scene, parse_scene, scene_document
-from tests.few import thorough
+from tests.few import paired, thorough
 from tests.reference.area_oracle import approach, dots
 from tests.reference.moving_oracle import Finger, Profile, elastic, steady_scan
 from tests.reference.stiffness_oracle import stiffness
@@ -235,8 +235,14 @@ def in_haste(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("in_haste")
-@pytest.mark.parametrize("live", [False, True], ids=["file", "live"])
-@pytest.mark.parametrize("name", [name if name in SHOWN else thorough(name) for name in MOTIONS])
+@pytest.mark.parametrize(
+    ("name", "live"),
+    [
+        *paired(SHOWN, [False, True]),
+        *(thorough(name, live) for name in MOTIONS if name not in SHOWN for live in (0, 1)),
+    ],
+    ids=str,
+)
 def test_every_scene_gets_a_table(name: str, live: bool) -> None:
     output = OUTPUT | {"sample_rate": 4000, "bandwidth": 300}
     scene = parse_scene({"finger": SHORT, "output": output, "accuracy": {"tolerance": 1e-2}} | MOTIONS[name])

@@ -11,7 +11,7 @@ from synth.plan.prepare import prepare
 from synth.scene.effects_section import declaration, effect_names
 from synth.scene.merge import merge_patch
 from synth.scene.scene import channel_count
-from tests.few import paired
+from tests.few import paired, thorough
 
 ALL = {name: "auto" for name in effect_names() if not declaration(name).without_auto}
 FINGERS: dict[str, dict[str, Any]] = {
@@ -46,13 +46,16 @@ def plan_of(
     return Voice(prepare(scene, paced=paced), paced=paced).plan.document()
 
 
+SLOWEST = "comb", "area", "recording"  # 20 s; another finger is pressed over the area, and another texture recorded
+
+
 def places() -> list[Any]:
     """Return the scenes of every finger, texture and scan that a scene may have."""
     found = []
     for one in paired(FINGERS, TEXTURES, SCANS):
         finger, texture, scan = getattr(one, "values", one)
         if (finger, texture) != ("probe", "area") and (texture, scan) != ("line", "path"):
-            found.append(one)
+            found.append(one if (finger, texture, scan) != SLOWEST else thorough(finger, texture, scan))
     return found
 
 

@@ -20,6 +20,7 @@ from synth.scene.catalogue import catalogue
 from synth.scene.output_section import THRESHOLD_NAME
 from synth.scene.scene import Scene, parse_scene
 from synth.voice.voice import blocks, open_voice
+from tests.few import thorough
 from tests.reference.synthesis_oracle import highest_harmonic, synthesise
 from tests.synth.engine_cases import QUANTITIES, Real, physical, scene_of, touch_of
 from tests.synth.voice.recorded_cases import Points, random_recording
@@ -64,7 +65,7 @@ def test_full_scales_are_08_of_the_peak_of_the_oracle() -> None:
         assert channel.extent == pytest.approx(wanted.peak_to_peak(channel.quantity), rel=0.01)
 
 
-@pytest.mark.parametrize("name", ["moulded-plastic", "oak-along", "denim-72x56"])
+@pytest.mark.parametrize("name", [thorough("moulded-plastic"), thorough("oak-along"), "denim-72x56"])
 def test_the_peak_of_a_file_is_08_between_the_points_of_the_series_too(name: str) -> None:
     (everyday,) = (entry.everyday for entry in catalogue() if entry.name == name)
     scene = parse_scene({**everyday, "output": {"duration": 1.0, "sample_rate": 192000}})

@@ -21,10 +21,10 @@ ORDERS, PHASES, HIGHEST = (0, 1, 2), 384, 32
 HALVINGS, JUDGED = 5, 3  # of the columns in all, of which the last ones only give the true error
 SMALLEST = 1e-7  # error below which the finest columns are no oracle
 LIGHT = 5  # every so many scenes are light, where the changes fall by chance
-MORE = [*range(8, 60), 105]  # 105 is a whorl that touches with its core
+MORE = [2, 3, 5, *range(7, 60), 105]  # 105 is a whorl that touches with its core
 
 
-@pytest.mark.parametrize("seed", [*range(8), *(thorough(seed) for seed in MORE)])
+@pytest.mark.parametrize("seed", [0, 1, 4, 6, *(thorough(seed) for seed in MORE)])
 def test_the_error_is_at_most_what_the_changes_predict(seed: int) -> None:
     asked = random_scene(seed)
     if seed % LIGHT == 0:

@@ -11,6 +11,7 @@ import ridgewave as rw
 from synth.contact.scene_contact import contact_of
 from synth.study import skin_outcome
 from synth.study.skin_outcome import phases_of, pressure_of, skin_felt
+from tests.few import few
 
 FINGERTIP = {"kind": "fingertip"}
 SCENES: list[dict[str, Any]] = [
@@ -51,7 +52,7 @@ def test_the_pressure_of_a_fingertip_is_that_of_heights_summed_across_the_scan()
     np.testing.assert_allclose(pressure[phase, some], expected, atol=5e-3 * np.max(pressure))
 
 
-@pytest.mark.parametrize("scene", SCENES, ids=str)
+@pytest.mark.parametrize("scene", few(SCENES, 3), ids=str)
 def test_levels_do_not_depend_on_places_and_phases(scene: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
     parsed = rw.parse_scene(scene, scan={"load": 0.4})
     usual = skin_felt(parsed)

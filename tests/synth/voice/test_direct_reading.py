@@ -185,7 +185,7 @@ def lines(samples: Real, rate: int) -> tuple[Real, Real]:
     return np.asarray(hertz, np.float64), np.abs(series) * 2.0 / np.sum(window)
 
 
-@pytest.mark.parametrize("finger", ["comb", "fingertip"])
+@pytest.mark.parametrize("finger", ["comb", thorough("fingertip")])
 def test_the_spectrum_of_a_rough_surface_live_is_that_of_its_exact_file_up_to_the_band(finger: str) -> None:
     speed, load, seconds = 0.08, 0.3, 0.5
     scene = document(finger={"kind": finger}, scan={"speed": speed, "load": load})

@@ -112,7 +112,7 @@ def test_an_effect_works_where_the_finger_turns(effect: str) -> None:
     assert np.all(np.isfinite(found)) and np.all(np.ptp(found, axis=0) > 0.0)
 
 
-@pytest.mark.parametrize("kind", [thorough("comb"), "fingertip"])
+@pytest.mark.parametrize("kind", ["comb", thorough("fingertip")])
 def test_skin_without_memory_changes_nothing_where_the_finger_turns(kind: str) -> None:
     scan = {"direction": 0.5, "heading": 0.1}
     plain, other = (values(kind, scan, effects=one) for one in ({}, {"viscous_skin": {"time_constant": 1e-6}}))

@@ -55,7 +55,7 @@ def test_a_live_scan_that_is_simulated_passes_each_line_by_it_too(effect: str) -
     assert np.max(np.abs(gains - WANTED)) <= SAME, gains
 
 
-@pytest.mark.parametrize("effect", ["inertia", "viscous_skin"])
+@pytest.mark.parametrize("effect", ["inertia", thorough("viscous_skin")])
 def test_an_effect_changes_no_line_below_the_band_but_by_its_cause(effect: str) -> None:
     """A filter faded the lines of simulated scans between 0.92 and 1.00 of the band, which other scans keep."""
     texture = {"kind": "harmonics", "period": "4 mm", "amplitudes": [1e-6] * 49}  # lines at every 20 Hz

@@ -20,6 +20,7 @@ from synth.surfaces.measurement.import_options import read_options
 from synth.surfaces.measurement.import_report import ImportedSurface
 from synth.surfaces.measurement.importing import import_surface
 from synth.surfaces.surface_data import SurfaceData, remember
+from tests.few import few, paired
 from tests.synth.surfaces.maps.map_sets import CASES, PIXEL, SIDE, WIDTH, Array, displacement, file_of, made, surface
 
 SEEDS = range(10)
@@ -75,7 +76,7 @@ def synthetic_only(area: MeasuredArea) -> Array:
     return np.fft.ifft2(np.fft.fft2(heights) * beyond).real
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", few(SEEDS, 3))
 def test_the_continued_spectrum_meets_that_of_the_map_at_the_wave_number_of_its_pixel(
     seed: int, tmp_path: Path
 ) -> None:
@@ -87,7 +88,7 @@ def test_the_continued_spectrum_meets_that_of_the_map_at_the_wave_number_of_its_
     assert at_pixel(power[outside], np.hypot(x, y)[outside], 1.0, 3.0) == pytest.approx(own, abs=1.0)
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", few(SEEDS, 3))
 def test_the_rms_slope_is_what_was_asked(seed: int, tmp_path: Path) -> None:
     """That of the surface as it is touched, bilinear between its points, sampled between them."""
     with pytest.raises(InvalidRequest) as refused:
@@ -140,8 +141,7 @@ def filtered(seed: int, factor: Callable[[Array], Array]) -> Array:
     return np.fft.ifft2(np.fft.fft2(heights) * factor(q)).real
 
 
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("kind", SERIES)
+@pytest.mark.parametrize(("kind", "seed"), paired(SERIES, range(4)))
 def test_whole_part_and_mirrored_part_of_a_map_go_on_alike(kind: str, seed: int) -> None:
     """Also where the finest waves of the map are absent, and mirroring puts others in their place."""
     heights = filtered(seed, SERIES[kind]).astype(np.float32)
