@@ -125,7 +125,7 @@ def case_of(solved: Preparation, channel: int) -> Case:
     assert solved.contact is not None
     scene, plan = solved.scene, solved.channels[channel]
     demand = Demand(solved.highest, (plan.order,), REFINED * solved.tolerance)
-    contact = fine_enough(solved.contact, (scene.scan.load,), scene.scan.load, demand)
+    contact, _left = fine_enough(solved.contact, (scene.scan.load,), scene.scan.load, demand)
     return Case(scene, solved, contact, plan.quantity, plan.order, plan.extent)
 
 

@@ -99,7 +99,7 @@ class MotionCase:
         if not self.reads_series:
             return solved.whole  # is fine enough
         demand = Demand(max(solved.highest, 1), (self.planned.order,), solved.tolerance)
-        return fine_enough(solved.whole, (load,), load, demand)
+        return fine_enough(solved.whole, (load,), load, demand)[0]
 
     @cached_property
     def prepared(self) -> tuple[Preparation, float]:

@@ -1,12 +1,11 @@
 """Plan how the frames of a scan are solved: the number of steps, their error and their cost.
 
 Stage   2, used by `prepare`. `sampling.frame_solver` solves the frames.
-Model   The folded error of n solutions per period is that of a steady series of n phases. At some loads of the scan,
-        the series is solved to find how many phases the tolerance requires. The solutions per second are this number
-        times the largest speed in periods per second. Where the load changes quickly there are more
-        (`sampling.landing`).
-        If the load is constant, the series is read, which is cheap. If the load varies, or if the period of the surface
+Model   If the load is constant, the series is read, which is cheap. If the load varies, or if the period of the surface
         is too long for a series, every solution is one of eq. 1.
+        Where the load varies, `own_motion` finds how many solutions the tolerance requires. On a long surface the
+        folded error of n solutions per period is that of the steady series of its stretch at n phases. The solutions
+        per second are this number times the largest speed in periods per second.
 Source  design, section 4. The constants were measured with 18 recordings of 0.1 to 1 N, on one machine.
 Limits  A solution costs a few microseconds. Costs are predicted, not measured, so that the same scene is always solved
         by the same method.
@@ -23,8 +22,9 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.motion.scan_motion import ScanMotion
+from synth.plan.request import Request
 from synth.response.demand import Demand, curves, points_for
-from synth.response.spectrum import Spectrum, solve_spectrum
+from synth.response.spectrum import Spectrum
 from synth.sampling.frame_solver import MARGIN, MOST_TOGETHER
 from synth.scene.scene import Scene
 
@@ -32,8 +32,7 @@ if TYPE_CHECKING:
     from synth.contact.area_forces import ForceOverArea
 
 
-PROBED_LOADS = 5  # loads of the recording at which the number of phases per period is found
-FEWEST_PHASES = 16  # per period, if every probed load is in full contact
+FEWEST_PHASES = 16  # per period of a long surface
 FALL = 2.5  # the error falls with the number of phases to this power: kinks of order 3/2
 FEWEST = 4  # solutions per stride, where the load varies: `landing` has a short filter then
 EXACT_CELL = 8.0  # ns per phase and cell of the solver, on one core with AVX-512; slower machines exceed PATIENCE
@@ -74,45 +73,30 @@ class FramePlan:
         return replace(self, errors=tuple((np.array(self.errors) + more).tolist()))
 
 
-def plan_frames(
-    contact: Contact,
-    scene: Scene,
-    demand: Demand,
-    known: tuple[float, Spectrum],
-    scale: float,
-    *,
-    solved: bool = False,
-) -> FramePlan | None:
-    """Return how the moving scan of `scene` is solved, or None if that would take too much time or memory.
+def plan_frames(asked: Request, contact: Contact, demand: Demand, series: Spectrum, scale: float) -> FramePlan | None:
+    """Return how a moving scan on a line is solved, or None if that would take too much time or memory.
+
+    Where the load varies, the plan has the fewest solutions and no error: `own_motion` finds both.
 
     contact: the contact; on a long surface, that of its stretch.
-    solved: whether every solution is one of eq. 1 even at a constant load, instead of being read from the series.
-    demand: harmonics, orders and tolerance of the series.
-    known: a load (N) and its series to this demand.
+    demand, series: harmonics, orders and tolerance, and the series that meets them at the scan's own load.
     scale: the kept band, as a part of the whole band.
     """
-    motion = ScanMotion(scene)
-    low, high = (max(load, scene.scan.lift_load) for load in motion.recorded_loads())
-    varies = motion.load_range()[0] != motion.load_range()[1]
-    probed = np.geomspace(low, high, PROBED_LOADS) if high > low else [low]
-    own, steady = known
-    series = [steady if load == own else solve_spectrum(contact, float(load), demand) for load in probed]
-    # The number of phases was doubled until the series reached the tolerance, so fewer phases are enough.
-    spared = [min(max((max(one.errors) / demand.tolerance) ** (1.0 / FALL), 0.5), 1.0) for one in series]
-    phases = max(FEWEST_PHASES, *(one.phases * part for one, part in zip(series, spared, strict=True)))
-    errors = tuple(
-        max(_error(one, place, demand) * (one.phases / phases) ** FALL for one in series)
-        for place in range(len(demand.orders))
-    )
+    scene = asked.scene
+    if asked.load_varies:
+        return counted(scene, scale, FEWEST, (0.0,) * len(demand.orders), solution_nanoseconds(contact))
+    errors = tuple(_error(series, place, demand) for place in range(len(demand.orders)))
     rate = scene.output.sample_rate / stride_of(scale)
-    fastest = motion.fastest() / contact.geometry.texture_period  # periods per second
-    if not varies and not solved:  # the series that is read ends with the harmonics of the demand, so that none fold
+    fastest = ScanMotion(scene).fastest() / contact.geometry.texture_period  # periods per second
+    if asked.reads_series:  # it ends with the harmonics of the demand, so that none fold
         count = math.ceil((demand.total * fastest + scene.output.band_limit) / rate)
-        errors = tuple(_error(series[0], place, demand) for place in range(len(demand.orders)))
-    else:
-        count = max(1, math.ceil(phases * fastest / rate))
-    solution = solution_nanoseconds(contact) if varies or solved else CURVE_READ
-    return counted(scene, scale, count, errors, solution)
+        return counted(scene, scale, count, errors, CURVE_READ)
+    # The number of phases was doubled until the series reached the tolerance, so fewer phases are enough.
+    spared = min(max((max(series.errors) / demand.tolerance) ** (1.0 / FALL), 0.5), 1.0)
+    phases = max(FEWEST_PHASES, series.phases * spared)
+    errors = tuple(one * (series.phases / phases) ** FALL for one in errors)
+    count = max(1, math.ceil(phases * fastest / rate))
+    return counted(scene, scale, count, errors, solution_nanoseconds(contact))
 
 
 def _error(series: Spectrum, place: int, demand: Demand) -> float:

@@ -1,11 +1,10 @@
 """Find the largest value of each quantity along a scan's own motion. It determines an automatic full scale.
 
 Stage   2, used by `prepare` for strokes and recordings.
-Model   The response is solved along the motion (`frame_solver`) as the file is. If that would take longer than
-        PATIENCE, there are fewer solutions, but at least OVERSAMPLING per frame of the lowest rate that contains the
-        band, and the loudest parts are solved again as the file is, for PATIENCE at most. If OVERSAMPLING too takes
-        longer, only the chunks with the largest estimated values are solved. Warnings tell both. The estimates of z
-        and its two time derivatives are
+Model   The response is solved along the motion (`frame_solver`) as the file is, or for a voice with deadlines
+        OVERSAMPLING times per frame of the lowest rate that contains the band. If that would take longer than PATIENCE,
+        only the chunks with the largest estimated values are solved, and a warning tells it. The estimates of z and its
+        two time derivatives are
 
             Y_0,  Y_1 |f| + Y_0 |w'| / w,  Y_2 f^2 + Y_1 (|f'| + 2 |f w'| / w) + Y_0 (|w''| / w + (w' / w)^2)
 
@@ -44,16 +43,13 @@ from synth.scene.scene import Scene
 
 OVERSAMPLING = 4  # solutions per frame: the band is 0.40 of the rate, so only lines above 9 times the band fold into it
 TOLERANCE = 1e-2  # tolerance of the series for the estimates
-PATIENCE = 2.0  # s of predicted work, which delays the opening of a recording; with less, louder parts may be missed
+PATIENCE = 4.0  # s of predicted work, which delays the opening of a recording; with less, louder parts may be missed
 FEW_PERIODS = 5  # texture periods: a shorter stroke may not pass its loudest place
 QUICK_TURN = 0.02  # s: a shorter turn of a stroke may be louder than its cruise
 LOUD_LOADS = 7  # number of loads, from the smallest to the largest, at which Y_k is solved
 LOOKS = 1 << 20  # largest number of moments at which a long motion is estimated: 2^24 moments take 10 s
 TOGETHER, MOST_FRAMES = 1 << 16, 1 << 22  # frames of a constant scan read at once and in all: 87 s at 48 kHz, 0.05 s
-NEAR_MARGIN = 140  # frames on each side of a part that is solved again: the ringing of the filter is below 1e-4 there
-NEARLY_LOUDEST = 0.9  # of the peak: in 55 recordings, lifts of 1 to 8 ms were 0.79 to 1.08 times as loud as estimated
-AS_ESTIMATED = 0.02  # of the peak: if the loudest parts are as near to their estimates, so are the others
-TINY = 1e-300  # keeps 0 / 0 from a quantity without motion
+NEAR_MARGIN = 140  # frames on each side of a part that is solved alone: the ringing of the filter is below 1e-4 there
 LOOK_RATE = 4000  # Hz, rate of those moments: a step of the load takes at least 1 ms
 
 
@@ -83,14 +79,10 @@ def peaks_along(
     finer = 1 if plan is None else plan.finer
     frames = max(1, round(length * rate))
     search = _Search(read or contact.heights, scene, mean, orders, frames, whole, landings, finer)
-    used, solver = count, search.solver(count)
-    work = len(search.chunks(solver)) * solver.solutions * solution
-    if work > PATIENCE:
-        used = min(count, max(OVERSAMPLING, math.floor(count * PATIENCE / work)))
-        solver = search.solver(used)
+    solver = search.solver(count)
     chunks, most = search.chunks(solver), max(1, math.floor(PATIENCE / (solver.solutions * solution)))
     if len(chunks) > most:  # short parts with short margins: more of them are looked at in the same time
-        solver = search.solver(used, longest=0, margin=NEAR_MARGIN)
+        solver = search.solver(count, longest=0, margin=NEAR_MARGIN)
         chunks, most = search.chunks(solver), max(1, math.floor(PATIENCE / (solver.solutions * solution)))
     if len(chunks) > most:
         warning = (
@@ -98,11 +90,7 @@ def peaks_along(
             f"the loudest, of {len(chunks)}. A louder one may have been missed."
         )
         chunks = _loud_chunks(series or contact, scene, orders, length, solver.chunk / rate, most, whole=whole)
-    again = search.solver(count, longest=0, margin=NEAR_MARGIN)
-    loud = search.loudness(solver, chunks, again.chunk)
-    if count > used:
-        warning = _solved_again(search, again, loud, solution) or warning
-    return np.asarray(np.max(loud, axis=1)), warning
+    return np.max([np.max(search.values(solver, chunk), axis=1) for chunk in chunks], axis=0), warning
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,44 +128,6 @@ class _Search:
         first = chunk * solver.chunk
         values = np.abs(solver.solved(chunk, self.orders)[:, : self.frames - first])
         return values if self.whole else values * _fades(self.scene, first, values.shape[1])
-
-    def loudness(self, solver: FrameSolver, chunks: list[int], part: int) -> Array:
-        """Return the largest value in each part of `part` frames, 0 outside `chunks` [orders, parts]."""
-        loud = np.zeros((len(self.orders), math.ceil(self.frames / part)))
-        for chunk in chunks:
-            values = self.values(solver, chunk)
-            parts = (chunk * solver.chunk + np.arange(values.shape[1])) // part
-            for row, value in zip(loud, values, strict=True):
-                np.maximum.at(row, parts, value)
-        return loud
-
-
-def _solved_again(search: _Search, solver: FrameSolver, loud: Array, solution: float) -> str:
-    """Replace the loudest parts in `loud` by those of the file, and return a warning if others are not as estimated.
-
-    solver: that of the file; its chunks are the parts.
-    solution: time of a solution, s.
-    """
-    left, spent, off = np.ones(loud.shape[1], bool), 0.0, 0.0
-    while True:
-        peaks = np.maximum(np.max(loud, axis=1), TINY)
-        size = np.max(loud / peaks[:, np.newaxis], axis=0) * left
-        part = int(np.argmax(size))
-        if size[part] < NEARLY_LOUDEST:
-            return ""
-        if spent > PATIENCE:
-            break
-        spent += solver.touching(part) * solution
-        found = np.max(search.values(solver, part), axis=1)
-        off = max(off, float(np.max(np.abs(found - loud[:, part]) / peaks)))
-        loud[:, part], left[part] = found, False
-    if off < AS_ESTIMATED:
-        return ""
-    return (
-        f"The full scale follows the {np.count_nonzero(~left)} loudest parts of the scan, solved as the file is. They "
-        f"were off their estimates by up to {100.0 * off:.2g} % of the peak. The others are only estimated: the file "
-        "may peak above or below 0.8 of its full scale."
-    )
 
 
 def steady_peak(reader: SeriesCurve, level: float, scene: Scene) -> float:

@@ -2,8 +2,8 @@
 
 Stage   2, used by `prepare`.
 Model   Pieces of a recording whose load varies are solved with twice the planned steps. The change when every second
-        is left out is the folded error. While it exceeds its share of the tolerance, there are more steps. Over an area
-        whose cells the ends of the contact pass, the change by cells twice as large is added.
+        is left out is the folded error. While it exceeds its share of the tolerance, there are more steps. The change
+        by segments or columns twice as far apart is added, and by cells where the ends of the contact pass them.
         Where the peaks along the motion are not those of the steady scan, `motion_peak` finds them. On a long surface
         the peaks of displacement and approach are those at PLACES places.
 Source  design, section 4.
@@ -26,7 +26,7 @@ from synth.plan.channels import APPROACH, SteadyScan, extent_and_peak
 from synth.plan.direct_plan import AREA_MEAN_TOLERANCE, MEAN_TOLERANCE
 from synth.plan.direct_plan import MEANS as AREA_MEANS
 from synth.plan.direct_plan import PLACES as PLACES_OF_MEAN
-from synth.plan.frame_plan import FALL, PATIENCE, FramePlan
+from synth.plan.frame_plan import FALL, PATIENCE, STILL_SOLVED, FramePlan
 from synth.plan.motion_peak import NEAR_MARGIN, differs_from_cruise, peaks_along
 from synth.plan.request import harmonics_in_band
 from synth.response.mean_approach import Mean, enough_places, mean_curve, mean_over_area
@@ -37,13 +37,13 @@ from synth.sampling.landing import MOST_FINER, pieces
 from synth.scene.scene import Scene
 
 MEAN_SHARE = 50.0  # times the tolerance: the costly mean on a line over an area, whose error is then a twentieth of it
-PLACES_SHARE = 0.1  # part of the tolerance for the mean over places, of a file
+PLACES_SHARE = 0.1, 0.01, 0.01  # of the tolerance: for the mean over places, by the highest order
 OF_ORDER = 30.0, 5.0, 1.0  # times the tolerance that the mean keeps, by the highest order: it errs by 1e-3 of that
 OF_ACCELERATION = 0.03  # least part of the tolerance that the mean keeps for it: a load may pass its knots quickly
 OF_BAND = 50.0  # that part, over the mean square of the frequencies of acceleration in bands: a knot reaches the band
-PIECE_SHARE = 0.15  # of the tolerance, for the folded error of pieces, and as much for what a landing leaves
-ROUNDS = 6  # most increases of the number of steps
-OVER_CHANGE = 1.5  # error over the change by twice as many steps: up to 1.34 was seen (`landing`)
+FOLD_SHARE, LANDING_SHARE = 0.4, 0.15  # of the tolerance: for the folded error of pieces, and for what landings leave
+ROUNDS = 8  # most increases of the number of steps
+OVER_CHANGE = 2.0  # error over the change by twice as many steps: up to 1.34 in a piece (`landing`), more beside it
 PLACES = 512  # places of a long surface at which the peaks of displacement and approach are computed
 
 
@@ -93,8 +93,12 @@ def _beside_own_peaks(steady: SteadyScan, frames: FramePlan, peaks: Mapping[int,
     return replace(frames, errors=tuple(errors))
 
 
-def with_pieces(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mean, tolerance: float) -> FramePlan:
+def with_pieces(
+    steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mean, tolerance: float
+) -> FramePlan | None:
     """Return `plan` with as many solutions as pieces of the motion require, and the error that these leave.
+
+    It is None if they would take too long, and fewer err by more than a table.
 
     steady: a recording whose load varies, at its own speed and load.
     contact: on the whole surface.
@@ -104,11 +108,11 @@ def with_pieces(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mea
     places = pieces(scene)
     room = max(2.0, PATIENCE / (plan.work * scene.output.duration))  # times the planned solutions
 
-    def solved(count: int, allowed: Array, by: Any = contact) -> tuple[Array, Array, Array]:
+    def solved(count: int, landing: Array, by: Any = contact) -> tuple[Array, Array, Array]:
         """Return the frames of the pieces, their folded errors, and the errors that are left of their landings, SI."""
         solver = FrameSolver(
             by.heights, scene, mean, rate, count=2 * count, stride=plan.stride, scale=plan.scale, longest=0,
-            margin=NEAR_MARGIN, landings=dict(zip(orders, allowed.tolist(), strict=True)), finer=finer,
+            margin=NEAR_MARGIN, landings=dict(zip(orders, landing.tolist(), strict=True)), finer=finer,
         )  # fmt: skip
         numbers = sorted({math.floor(place * rate / solver.chunk) for place in places})
         frames, folded, left = zip(*(solver.folded(number, orders) for number in numbers), strict=True)
@@ -124,29 +128,32 @@ def with_pieces(steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mea
             return plan
         plan = replace(plan, errors=tuple((np.array(plan.errors) * np.maximum(extents, least) / own).tolist()))
         extents = own
-    allowed = PIECE_SHARE * np.maximum(tolerance, plan.errors) * extents  # the cells may leave more than the tolerance
+    landing = LANDING_SHARE * tolerance * extents
+    frames, changed, left = solved(count, landing)
+    if (larger := contact.doubled()) is not None and not (contact.geometry.over_area and contact.of_one_surface):
+        moved = np.max(np.abs(solved(count, landing, larger)[0] - frames), axis=1)
+        plan = plan.with_errors(moved / extents)  # in the pieces half of it is left, or less
+    allowed = FOLD_SHARE * np.maximum(tolerance, plan.errors) * extents  # cells and columns may leave more
     for _round in range(ROUNDS):
-        frames, changed, left = solved(count, allowed)
-        folded = OVER_CHANGE * changed
-        excess = float(np.max(folded / allowed))
+        excess = float(np.max(OVER_CHANGE * changed / allowed))
         if excess <= 1.0 or 2 * count > room * plan.count:
             break
         count = math.ceil(count * min(max(excess ** (1.0 / FALL), 1.2), 4.0))
-    more = np.maximum(left, allowed) / extents + folded / extents
-    if contact.geometry.over_area and not contact.of_one_surface:  # the ends move through cells that a swing leaves
-        larger = solved(count, allowed, contact.doubled())[0]
-        more = more + np.max(np.abs(larger - frames), axis=1) / extents
-    return replace(
-        plan, count=count, work=plan.work * count / plan.count, allowed=tuple(allowed.tolist()), finer=finer
-    ).with_errors(more)
+        frames, changed, left = solved(count, landing)
+    plan = plan.with_errors((np.maximum(left, landing) + OVER_CHANGE * changed) / extents)
+    if excess > 1.0 and max(plan.errors) > STILL_SOLVED:
+        return None
+    work = plan.work * count / plan.count
+    return replace(plan, count=count, work=work, allowed=tuple(landing.tolist()), finer=finer)
 
 
 def own_mean(asked: SteadyScan, contact: Any, tolerance: float) -> Mean:
     """Return the mean of z that the displacement of the request leaves out; `tolerance` is that of the scene."""
     loads, load, lift = asked.loads, pressed(asked.scene), asked.scene.scan.lift_load
     over, both, places = contact.geometry.over_area, asked.over_area, PLACES_OF_MEAN
+    share = PLACES_SHARE[max(asked.orders)]
     if not asked.live:
-        places = enough_places(contact, load, PLACES_SHARE * tolerance, places, across=over and both)
+        places = enough_places(contact, load, lift, share * tolerance, places, across=over and both)
     if over:
         tolerance = min(max(MEAN_SHARE * tolerance, MEAN_TOLERANCE), AREA_MEAN_TOLERANCE)
         mean: Any = mean_over_area if both else mean_curve

@@ -141,9 +141,9 @@ def path_frames(
     load, fastest = max(scene.scan.load, scene.scan.lift_load), ScanMotion(scene).fastest()
     band, listed = scene.output.band_limit, list(asked.orders if orders is None else orders)
     count = max(1, math.ceil(SOLUTIONS * band / frames))
-    allowed = np.maximum(FOLDED_SHARE * tolerance, CELLS_SHARE * cells[listed])
+    allowed, folded = np.maximum(FOLDED_SHARE * tolerance, CELLS_SHARE * cells[listed]), np.zeros(len(listed))
     slope = PATH_SLOPE if asked.over_area else 0.0
-    while True:
+    while orders is not None or not asked.load_varies:  # else `own_motion` finds the number
         swing = Swing(count * frames, band, fastest, slope, SECONDS)
         z = swing.heights(contact, load, 0.5)
         fine = swing.curves(z)

@@ -25,15 +25,15 @@ from synth.motion.moved_skin import mover_of
 from synth.motion.recorded_motion import rendered_part
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.channels import NEARLY, ChannelPlan, extent_and_peak
-from synth.plan.contact_choice import contact_in_cells, on_line, shape_in_cells
+from synth.plan.contact_choice import contact_in_cells, shape_in_cells
 from synth.plan.direct_plan import beyond_table, direct_plan, follows_path
 from synth.plan.effect_choice import LONGEST_WHOLE, SimulationCase, outputs_of
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, simulated_channel
 from synth.plan.frame_plan import FramePlan, plan_frames
 from synth.plan.motion_peak import differs_from_cruise
-from synth.plan.own_motion import has_approach, own_motion, pressed
-from synth.plan.path_frames import beside_cells, cells_along_line, path_frames
+from synth.plan.own_motion import has_approach, own_motion
+from synth.plan.path_frames import beside_cells, path_frames
 from synth.plan.preparation import Preparation
 from synth.plan.process_start import begun
 from synth.plan.request import N_MAX, Request, harmonics_in_band
@@ -111,10 +111,8 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
     contact, cells = contact_in_cells(asked, cache, tolerance, file=file)
     if scene.accuracy.tolerance == "imperceptible":
         tolerance = imperceptible(contact, asked)
-    contact, shapes, demand = shaped_contact(asked, contact, tolerance, beside_cells(tolerance, cells))
-    contact, cells = shape_in_cells(asked, cache, tolerance, contact, cells, file=file)
-    if file and on_line(asked, geometry) and any(asked_effects(scene, Kind.BALANCE)) and not asked.rests:
-        cells = cells_along_line(asked, contact, cache)  # a simulation has no series that tells them
+    contact, shapes, demand, more = shaped_contact(asked, contact, tolerance, beside_cells(tolerance, cells))
+    contact, cells = shape_in_cells(asked, cache, tolerance, contact, cells + more, file=file)
     spectrum = series_of(asked, contact, demand, cache)
     on_surface = None if asked.stretch is None else on_whole(contact, scene)
     solved = replace(solved, tolerance=tolerance, contact=contact, on_surface=on_surface, spectrum=spectrum)
@@ -171,8 +169,7 @@ def _frames(solved: Preparation, demand: Demand, cells: Array) -> FramePlan | No
     scale = min(1.0, scene.output.band_limit / (BAND * scene.output.sample_rate))
     if solved.over_area:
         return path_frames(solved, contact, cells, solved.tolerance, scale)
-    known = pressed(scene), spectrum
-    frames = plan_frames(contact, scene, demand, known, scale, solved=solved.stretch is not None)
+    frames = plan_frames(solved, contact, demand, spectrum, scale)
     return frames and frames.with_errors(cells[list(solved.orders)])
 
 

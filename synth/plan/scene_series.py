@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.effects.effect import Kind
 from synth.perception.threshold import imperceptible_tolerance
@@ -23,6 +24,7 @@ from synth.plan.scene_table import entry_of
 from synth.response.demand import Demand, curves, points_for
 from synth.response.discretisation import fine_enough
 from synth.response.spectrum import SPECTRUM_FORM, Spectrum, solve_spectrum
+from synth.response.table_error import QUANTITIES
 from synth.response.table_making import HEAVIEST
 from synth.response_cache import ResponseCache
 
@@ -33,12 +35,14 @@ OF_LEVELS = 2e-2  # least tolerance of a series that gives only the levels of a 
 
 def shaped_contact(
     asked: Request, contact: Contact, tolerance: float, left: float
-) -> tuple[Contact, PreparedEffects | None, Demand]:
+) -> tuple[Contact, PreparedEffects | None, Demand, Array]:
     """Return the contact in the shape that the scene's effects give it, the effects, and the demand on the series.
+
+    The last value is the error of each quantity by segments or columns of a simulation that no series tells.
 
     tolerance: that of the scene; left: the part of it that the cells of the contact leave.
     """
-    scene, loads, shapes = asked.scene, asked.loads, None
+    scene, loads, shapes, errors = asked.scene, asked.loads, None, np.zeros(len(QUANTITIES))
     if scene.effects:
         demand = Demand(max(asked.highest, 1), asked.orders, left)
         contact, shapes = shape_for(contact, scene, demand, loads, asked.turns, tolerance)
@@ -55,8 +59,10 @@ def shaped_contact(
     if simulated or ((asked.load_varies or long) and not asked.live):
         usual, ends = pressed(scene), (0.0, HEAVIEST) if asked.by_hand else loads
         judged = tuple(sorted({max(load, scene.scan.lift_load) for load in (*ends, usual)}))
-        contact = fine_enough(contact, judged, usual, demand)
-    return contact, shapes, demand
+        contact, found = fine_enough(contact, judged, usual, demand)
+        if simulated and asked.moving:
+            errors[list(asked.orders)] = found
+    return contact, shapes, demand, errors
 
 
 def series_of(asked: Request, contact: Contact, demand: Demand, cache: ResponseCache) -> Spectrum:

@@ -126,10 +126,13 @@ def changes(
     return tuple(found), tuple(allowed)
 
 
-def fine_enough(contact: Contact, loads: tuple[float, ...], usual: float, demand: Demand) -> Contact:
-    """Return `contact` on a discretisation that keeps its share of `demand` at each of `loads` (N).
+def fine_enough(
+    contact: Contact, loads: tuple[float, ...], usual: float, demand: Demand
+) -> tuple[Contact, tuple[float, ...]]:
+    """Return `contact` on a discretisation that keeps its share of `demand` at each of `loads` (N), and its error.
 
-    The result is the finest that JUDGED_WORK allows, or `contact` itself where its solver has no discretisation.
+    The result is the finest that JUDGED_WORK allows, or `contact` itself where its solver has no discretisation. The
+    error of each order is that at the load `usual`.
 
     usual: load (N) whose peak-to-peak is used where it is larger, because no relative error could be met at a load
     at which the motion nearly cancels.
@@ -140,6 +143,7 @@ def fine_enough(contact: Contact, loads: tuple[float, ...], usual: float, demand
     most = phases // 4
     seen = replace(demand, highest=min(demand.highest, most), slower=min(demand.slower, most))
     earlier: list[tuple[float, ...] | None] = [None] * len(loads)
+    left_over = (0.0,) * len(demand.orders)
     while finer is not None:
         good = True
         moved = harmonics_of(finer.approach(theta, usual)[0], seen.total)
@@ -148,7 +152,8 @@ def fine_enough(contact: Contact, loads: tuple[float, ...], usual: float, demand
             changed, allowed = changes(before, after, seen, finer.scale_at(load), moved)
             left, earlier[number] = remaining(changed, earlier[number], finer.settles), changed
             good = good and all(one <= most for one, most in zip(left, allowed, strict=True))
+            left_over = left if load == usual else left_over
         contact = finer
         spent = len(loads) * phases * contact.work_at(max(loads)) > JUDGED_WORK
         finer = None if good or spent else contact.refined()
-    return contact
+    return contact, left_over

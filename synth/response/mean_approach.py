@@ -32,7 +32,7 @@ MEAN_ERROR = 1e-3  # largest error, relative to the tolerance times the peak-to-
 GOLDEN, NO_LOAD = 0.618033988749895, 1e-9  # turns across per place along; N, a load that the solver treats as none
 NARROWEST = 1e-4  # of the largest root: no narrower interval is halved; at the lightest loads an area is never smooth
 MOST_PLACES = 4096  # of a period over an area, at which z is averaged
-LIGHTER = 0.1  # part of the load at which the number of places is judged, too
+LIGHTER = 0.1  # part of the load at which the number of places is judged, besides it and the lift load
 SPLINE_GAIN = 8.0  # least factor by which the error falls when an interval is halved; 16 in the limit
 
 
@@ -94,16 +94,17 @@ def _over_both(contact: Any) -> Heights:
     return heights
 
 
-def enough_places(contact: Any, load: float, error: float, places: int, *, across: bool) -> int:
+def enough_places(contact: Any, load: float, lift: float, error: float, places: int, *, across: bool) -> int:
     """Return at how many places the mean of z over a period keeps `error`, relative to the peak-to-peak of z.
 
-    load: N, the largest one. places: to begin with; they are doubled up to MOST_PLACES.
+    load, lift: N, the largest one and the lift load, at which few places touch and the mean varies most.
+    places: to begin with; they are doubled up to MOST_PLACES.
     across: whether the mean is that of both periods.
     """
     heights = _over_both(contact) if across else _along(contact)
 
     def solved(count: int) -> list[Array]:
-        return [heights(np.arange(count) / count, w) for w in (load, LIGHTER * load)]
+        return [heights(np.arange(count) / count, w) for w in (load, LIGHTER * load, lift)]
 
     few = solved(places)
     while places < MOST_PLACES:

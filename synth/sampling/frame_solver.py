@@ -95,11 +95,6 @@ class FrameSolver:
         """Number of solutions of a chunk that follows the one before."""
         return self._parts * self._steps
 
-    def touching(self, number: int) -> int:
-        """Return how many usual solutions a chunk takes by itself: those at which the finger touches."""
-        along = self._motion.at(self._first(number), (self._parts + 2) * self._steps)
-        return int(np.count_nonzero(along.samples[LOAD] > 0.0))
-
     def solved(self, number: int, orders: tuple[int, ...]) -> Array:
         """Return the frames of chunk `number`: the time derivative of each of `orders`, SI, float64 [orders, chunk].
 

@@ -86,7 +86,7 @@ def solved_again(
 
 def pieces(scene: Scene) -> list[float]:
     """Return the times (s) about which a recording is most demanding: its load changes most, in a landing and
-    elsewhere, or it is fastest or lightest."""
+    elsewhere, it is fastest, or it is fast for a light load, under which few places touch."""
     rate = min(LOOK_RATE, LOOKS / scene.output.duration)
     samples = ScanMotion(scene, rate).at(0, math.ceil(scene.output.duration * rate) + 1).samples
     load, reach = samples[LOAD], min(max(1, math.ceil(RISE * rate)), samples.shape[1] - 1)
@@ -94,8 +94,9 @@ def pieces(scene: Scene) -> list[float]:
     calm = np.ones(len(changes), bool)
     for first, last in windows(load, 1.0 / rate, 0):
         calm[first : last + 1] = False
-    wanted = np.argmax(changes), np.argmax(changes * calm), np.argmax(np.abs(samples[SPEED]) * touching)
-    return [int(at) / rate for at in (*wanted, np.argmin(np.where(touching, load, np.inf)))]
+    speed = np.abs(samples[SPEED]) * touching
+    lightly = speed / np.cbrt(np.maximum(load, scene.scan.lift_load))
+    return [int(np.argmax(one)) / rate for one in (changes, changes * calm, speed, lightly)]
 
 
 @cache

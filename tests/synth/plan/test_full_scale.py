@@ -192,14 +192,6 @@ def test_a_quick_lift_is_solved_again_where_the_whole_would_take_too_long(
     check(quickly("a comb moves") | {"scan": {"trajectory": tracked(2e-3, 0.05, 0.1, 0.05, 1.0 + seconds)}})
 
 
-def test_parts_that_differ_from_their_estimates_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("synth.plan.motion_peak.PATIENCE", 0.1)
-    monkeypatch.setattr("synth.plan.motion_peak.AS_ESTIMATED", 1e-6)
-    taps = [[0.02 * n, 0.001 * n, 0.5 * (n % 3 > 0)] for n in range(50)]
-    found, warnings = peak_of(quickly("a comb moves") | {"scan": {"trajectory": taps}})
-    assert any("loudest parts of the scan, solved as the file is" in one for one in warnings), (found, warnings)
-
-
 def test_a_recording_that_is_read_has_an_uncertain_level(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("synth.plan.frame_plan.PATIENCE", 0.0)
     scene = {"scan": {"trajectory": tracked(2e-3, 0.05, 0.1, 0.05, 1.3)}, "output": {"sample_rate": 8000}}
