@@ -40,7 +40,7 @@ OVER_AREA = 8.0  # factor on EXACT_CELL for a height field, at 1.8 N; about 5 at
 FRAME_SETUP = 60.0  # ns per solution outside the solver: motion, transforms
 CURVE_READ = 80.0  # ns per solution that is read from a series
 PATIENCE = 300.0  # s of predicted work for a recording; above it there are fewer solutions, or the table is read
-FEWER, STILL_SOLVED = 4.0, 0.02  # how many times fewer they may be, and up to which error: that of a table is similar
+STILL_SOLVED = 0.02  # largest error with fewer: that of a table is similar
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +114,7 @@ def counted(
     errors: tuple[float, ...],
     solution: float,
 ) -> FramePlan | None:
-    """Return a plan of `count` solutions per stride, or of fewer, if time and memory allow no more; see `plan_frames`.
+    """Return a plan of `count` solutions per stride, or None if time or memory do not allow it; see `plan_frames`.
 
     errors: of the time derivatives, without a landing.
     solution: time of a solution without transforms, ns.
@@ -127,14 +127,7 @@ def counted(
     most = MOST_TOGETHER * scale * stride / (4.0 * MARGIN)
     if varies:
         most = min(most, PATIENCE / (each * scene.output.duration))
-    fewer = math.floor(most)
-    if fewer < count:
-        if fewer < max(count / FEWER, FEWEST):
-            return None
-        errors, count = tuple(one * (count / fewer) ** FALL for one in errors), fewer
-        if max(errors) > STILL_SOLVED:
-            return None
-    return FramePlan(count, stride, errors, scale, count * each)
+    return None if count > most else FramePlan(count, stride, errors, scale, count * each)
 
 
 def solution_nanoseconds(contact: Contact | ForceOverArea) -> float:

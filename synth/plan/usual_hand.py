@@ -32,8 +32,7 @@ from synth.plan.preparation import Preparation
 from synth.plan.prepare import prepare
 from synth.plan.request import HAND_LOADS, HAND_SPEEDS, harmonics_below
 from synth.plan.scene_table import entry_of
-from synth.response.demand import Complex, Demand, curves, harmonics_of, points_for
-from synth.response.spectrum import Spectrum, solve_spectrum
+from synth.response.demand import Complex, curves, harmonics_of, points_for
 from synth.response_cache import SHARED, ResponseCache
 from synth.sampling.band_filter import SOLUTIONS
 from synth.scene.output_section import Channel
@@ -43,12 +42,9 @@ HAND_SPEED, HAND_LOAD = 0.08, 0.3  # m/s and N of a usual hand
 # Numbers of loads, landing loads and speeds whose peaks are computed. With more, opening takes longer (4 ms per load).
 PROBED_LOADS, PROBED_LANDINGS, PROBED_SPEEDS = 12, 5, 9
 PROBED_ON_STRETCH = 1, 3  # of a long surface or an area, whose levels vary from place to place
-FEWEST_POINTS = 512  # of a period of a long surface or an area whose levels are probed
+FEWEST_POINTS = 512  # of a period: folding changes a level by some thousandths
 MOVING_BAND = 0.49 / 0.40  # of the band: mip levels fade from the band to 1.4 times it, which is as loud as this edge
 MOST_HARMONICS = 1024  # of the series of those peaks: slow hands on coarse textures have more and are not the loudest
-PROBE_TOLERANCE = 3e-2  # tolerance of the series of those peaks
-MOVED = 1e-3  # of the strongest harmonic: the lowest harmonics decide no peak if they are weaker than this
-MOVED_POINTS = 2048  # of a period, for `_first_moved`; with 512, the folded error reached 3e-3 of the strongest
 OF_APPROACH = 3  # index of the approach among the peaks, after the three orders
 HAND_BAND = 0.1  # largest fundamental of a usual hand, as a part of the band, so that a fine texture is heard
 HAND_AMPLITUDE = 20e-6  # m, for the full scale of a stream that begins with a texture without height
@@ -105,7 +101,7 @@ def with_hand_scale(solved: Preparation, cache: ResponseCache | None = None) -> 
     if None not in asked:
         return solved
     scene = nominal_scene(solved.scene)
-    peaks = usual_peaks(scene, solved.contact, cache or SHARED, solved.spectrum)
+    peaks = usual_peaks(scene, solved.contact, cache or SHARED)
     channels, moved, effects = [], [], solved.effects
     for channel, scale in zip(solved.channels, asked, strict=False):
         place, room = OF_APPROACH if channel.is_approach else channel.order, channel.full_scale
@@ -121,17 +117,11 @@ def with_hand_scale(solved: Preparation, cache: ResponseCache | None = None) -> 
     return replace(solved, channels=tuple(channels), effects=effects)
 
 
-def usual_peaks(
-    scene: Scene,
-    contact: Contact | None,
-    cache: ResponseCache,
-    spectrum: Spectrum | None = None,
-) -> UsualPeaks:
+def usual_peaks(scene: Scene, contact: Contact | None, cache: ResponseCache) -> UsualPeaks:
     """Return the peaks over the usual loads and speeds of a hand.
 
     scene: a scene with a constant scan.
     contact: contact in the shape that the scene's effects give it; None for the contact without effects.
-    spectrum: series of the scene's own scan; None where it is not known.
     """
     solver = contact or contact_of(scene)
     own, speed = max(scene.scan.load, scene.scan.lift_load), scene.scan.speed
@@ -147,15 +137,8 @@ def usual_peaks(
 
     def found() -> UsualPeaks:
         """Solve a series of z at each load, and take its peaks at each speed."""
-        if long:
-            points = max(FEWEST_POINTS, math.ceil(SOLUTIONS * limit * period / np.max(speeds)))
-            every = [_coarse_series(solver, load, points, max(*counts, 1)) for load in loads]
-        else:
-            points = MOVED_POINTS
-            known = _coarse_series(solver, own, points, points // 2) if spectrum is None else spectrum.harmonics
-            least = max(min(filter(None, counts), default=1), _first_moved(known), 1)
-            demand = Demand(least, (0, 1, 2), PROBE_TOLERANCE)
-            every = [solve_spectrum(solver, load, demand, max(*counts, 1)).harmonics for load in loads]
+        points = max(FEWEST_POINTS, math.ceil(SOLUTIONS * limit * period / np.max(speeds)))
+        every = [_series(solver, load, points, max(*counts, 1)) for load in loads]
         peaks = np.array([
             [_peaks(series[: count + 1], one / period) for one, count in zip(speeds, counts, strict=True)]
             for series in every
@@ -166,16 +149,7 @@ def usual_peaks(
     return cache.get(key, found, partial(entry_of, scene, solver, key[2:], PEAKS_FORM))
 
 
-def _first_moved(series: Complex) -> int:
-    """Return the lowest harmonic that is not negligible; 0 if there is none.
-
-    A texture that repeats several times in its period has none below it, so a relative error there cannot be met.
-    """
-    sizes = np.abs(series[1:])
-    return int(np.argmax(sizes >= MOVED * np.max(sizes))) + 1 if sizes.any() else 0
-
-
-def _coarse_series(contact: Contact, load: float, points: int, highest: int) -> Complex:
+def _series(contact: Contact, load: float, points: int, highest: int) -> Complex:
     """Return the harmonics of z at `load` (N) from `points` solutions per period."""
     return harmonics_of(contact.heights(np.arange(points) / points, np.full(points, load)), highest)
 
