@@ -19,13 +19,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from synth.contact.geometry import Geometry
 from synth.contact.line import MIDDLE, Line
-from synth.contact.load_balance import Contact
 from synth.contact.scene_contact import contact_of
 from synth.errors import Fault, SceneError
 from synth.kept_files import FileEntry, FileForm
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.effects_preparation import shape_for
-from synth.plan.frame_plan import solution_nanoseconds
 from synth.plan.stretch import stretch_of
 from synth.response.demand import Demand
 from synth.response.reading_filter import ORDERS, reading_filter
@@ -51,7 +49,6 @@ EXACT_BYTES = 128 << 20  # largest table made to a tolerance; that of the defaul
 EXACT_PHASES, EXACT_PLACES = 16, 10.0  # per harmonic of such a table; with fewer, folding or images add 1e-3
 ROWS_SHARE = 0.4  # part of the tolerance for the error between rows; folding and the images of places use the rest
 COARSER = (1.0, 1.5, 2.0, 3.0)  # factors on the size of the cells of an area
-AREA_SOLUTIONS, MOST_MAKING = 12_000, 4.0  # solutions of a table over an area, and predicted s of their processor time
 TABLE_FORM = FileForm(".safetensors", table_bytes, table_of_bytes)
 SHAPES_JUDGED = Demand(8, (0,), 1e-2)  # demand with which an effect on the shape set to "auto" is judged
 
@@ -77,22 +74,13 @@ def table_of_scene(
         allowed = f"a surface of which {chosen.harmonics} harmonics of its period show the waves"
         hint = "A voice solves this surface directly, without a table. For a table write a shorter surface."
         raise SceneError([Fault("/texture", f"a period of {scene.texture.period:.4g} m", allowed, hint)])
-    contact = in_time(scene)
+    contact = contact_of(scene)
     if scene.effects:
         loads = (0.0, chosen.heaviest)
         turns, judged_to = scene.scan.speed / scene.texture.period, SHAPES_JUDGED.tolerance
         contact, _shapes = shape_for(contact, scene, SHAPES_JUDGED, loads, turns, judged_to)
     kept = _kept(contact, scene, ResponseCache() if cache is None else cache, chosen)
     return replace(kept, scene=_scene_text(scene))  # another scene with the same contact may have made the table
-
-
-def in_time(scene: Scene) -> Contact:
-    """Return the contact of `scene`, over an area in the finest cells of COARSER whose table is made in MOST_MAKING."""
-    contact, making = contact_of(scene), 1e-9 * AREA_SOLUTIONS
-    if not contact.geometry.over_area:
-        return contact
-    fits = (one for one in COARSER if making * solution_nanoseconds(contact) <= MOST_MAKING * one**2)
-    return contact_of(scene, coarser=next(fits, COARSER[-1]))
 
 
 def kept_table(

@@ -41,7 +41,7 @@ def forbid(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(scene_table, "make_table", solved)
     monkeypatch.setattr(scene_series, "solve_spectrum", solved)
-    monkeypatch.setattr(usual_hand, "solve_spectrum", solved)
+    monkeypatch.setattr(usual_hand, "_series", solved)
 
 
 def opened(folder: Path | None, scene: dict[str, Any]) -> HandVoice:
@@ -137,7 +137,6 @@ def test_a_texture_over_an_area_is_found_again_too(tmp_path: Path, monkeypatch: 
     assert endings(tmp_path) == {".json": 6}, "two series, error of cells, spread of points, peaks, plan"
     monkeypatch.setattr(path_frames, "harmonics_of", lambda *_: pytest.fail("cells judged again"))
     monkeypatch.setattr(direct_plan, "_planned", lambda *_, **__: pytest.fail("planned again"))
-    monkeypatch.setattr(usual_hand, "_coarse_series", lambda *_: pytest.fail("probed again"))
     forbid(monkeypatch)
     np.testing.assert_array_equal(stroked(opened(tmp_path, dots)), sound)
 

@@ -11,10 +11,8 @@ from synth.contact import area_contact
 from synth.contact.area_contact import CombOnArea, beside_edge
 from synth.contact.fingertip import FingertipContact
 from synth.contact.scene_contact import contact_of
-from synth.plan import contact_choice, scene_table
-from synth.plan.frame_plan import solution_nanoseconds
+from synth.plan import contact_choice
 from synth.plan.prepare import prepare
-from synth.plan.scene_table import in_time
 from synth.response.demand import Demand, curves, harmonics_of, points_for
 from synth.response.spectrum import solve_spectrum
 from synth.response.table_error import QUANTITIES
@@ -201,14 +199,3 @@ def test_an_error_of_cells_beyond_the_tolerance_is_warned_of(
     solved = prepare(parse_scene({**document, "accuracy": {"tolerance": 0.02}}), ResponseCache())
     assert solved.simulated == bool(effects) and solved.channels[0].error >= 0.5
     assert any(text.startswith("The error of the acceleration") and " 0.5" in text for text in solved.warnings)
-
-
-def test_a_table_of_too_many_cells_takes_larger_ones(monkeypatch: pytest.MonkeyPatch) -> None:
-    scene = random_scene("comb", 2)[0]
-    usual = contact_of(scene)
-    assert in_time(scene).key == usual.key
-    seconds = 1e-9 * scene_table.AREA_SOLUTIONS * solution_nanoseconds(usual)
-    for part, coarser in ((0.9, 1.5), (0.3, 2.0), (0.2, 3.0), (1e-3, 3.0)):
-        monkeypatch.setattr(scene_table, "MOST_MAKING", part * seconds)
-        found = in_time(scene)
-        assert isinstance(found, CombOnArea) and found.coarser == coarser
