@@ -15,7 +15,7 @@ from synth.contact.load_balance import Contact
 from synth.contact.scene_contact import contact_of
 from synth.kept_files import json_form
 from synth.plan.frame_plan import solution_nanoseconds
-from synth.plan.scene_table import COARSER, band_of, entry_of
+from synth.plan.scene_table import band_of, entry_of
 from synth.response_cache import ResponseCache
 from synth.sampling.band_filter import SOLUTIONS
 from synth.scene.scene import Scene
@@ -23,6 +23,7 @@ from synth.surfaces.profile import Profile
 
 LEFT_OF_CHANGE = 0.7  # error of cells over the change by cells twice as large: up to 0.57 in 20 random scenes of dots
 FEWER = 0.5  # factor on the usual number of solutions over an area, where z is smoother, if FOLDED permits it
+COARSER = (1.0, 1.5, 2.0, 3.0)  # factors on the size of the cells of an area
 MOST_TURNED = 0.16  # predicted s per second for a finger turned over an area, at 1.8 N; at 0.3 N it takes half of it
 # Factors on the distances of a fingertip's columns, and the predicted s per second up to which each is taken. At 3 a
 # smooth texture may have noise as loud as itself.

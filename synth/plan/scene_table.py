@@ -48,7 +48,6 @@ MOST_HARMONICS = 256  # of a table; more would leave too few rows of load
 EXACT_BYTES = 128 << 20  # largest table made to a tolerance; that of the default scene takes 4 s and 7 MB
 EXACT_PHASES, EXACT_PLACES = 16, 10.0  # per harmonic of such a table; with fewer, folding or images add 1e-3
 ROWS_SHARE = 0.4  # part of the tolerance for the error between rows; folding and the images of places use the rest
-COARSER = (1.0, 1.5, 2.0, 3.0)  # factors on the size of the cells of an area
 TABLE_FORM = FileForm(".safetensors", table_bytes, table_of_bytes)
 SHAPES_JUDGED = Demand(8, (0,), 1e-2)  # demand with which an effect on the shape set to "auto" is judged
 
