@@ -44,6 +44,7 @@ from synth.scene.scene import Scene
 OVERSAMPLING = 4  # solutions per frame: the band is 0.40 of the rate, so only lines above 9 times the band fold into it
 TOLERANCE = 1e-2  # tolerance of the series for the estimates
 PATIENCE = 4.0  # s of predicted work, which delays the opening of a recording; with less, louder parts may be missed
+LIVE = 0.5  # part of PATIENCE for a voice with deadlines, whose first sound somebody waits for
 FEW_PERIODS = 5  # texture periods: a shorter stroke may not pass its loudest place
 QUICK_TURN = 0.02  # s: a shorter turn of a stroke may be louder than its cruise
 LOUD_LOADS = 7  # number of loads, from the smallest to the largest, at which Y_k is solved
@@ -77,13 +78,13 @@ def peaks_along(
     rate, length, warning = scene.output.sample_rate, _rendered(scene, whole), ""
     landings = {} if plan is None else plan.landings(asked.orders)
     finer = 1 if plan is None else plan.finer
-    frames = max(1, round(length * rate))
+    frames, patience = max(1, round(length * rate)), PATIENCE * (LIVE if whole else 1.0)
     search = _Search(read or contact.heights, scene, mean, orders, frames, whole, landings, finer)
     solver = search.solver(count)
-    chunks, most = search.chunks(solver), max(1, math.floor(PATIENCE / (solver.solutions * solution)))
+    chunks, most = search.chunks(solver), max(1, math.floor(patience / (solver.solutions * solution)))
     if len(chunks) > most:  # short parts with short margins: more of them are looked at in the same time
         solver = search.solver(count, longest=0, margin=NEAR_MARGIN)
-        chunks, most = search.chunks(solver), max(1, math.floor(PATIENCE / (solver.solutions * solution)))
+        chunks, most = search.chunks(solver), max(1, math.floor(patience / (solver.solutions * solution)))
     if len(chunks) > most:
         warning = (
             f"The full scale follows the {most} parts of {solver.chunk / rate:.3g} s of the scan that are likely to be "
