@@ -45,10 +45,13 @@ class Mover(Protocol):
 
 
 def mover_of(scene: Scene, *, by_hand: bool = False) -> Mover | None:
-    """Return what moves the skin in `scene`; None if it is where the hand is.
+    """Return what moves the skin in `scene`; None if it is where the hand is, as under a hand at rest.
 
     by_hand: whether a hand sets the motion, instead of the scan.
     """
+    scan = scene.scan
+    if not by_hand and scan.speed == 0.0 and scan.stroke is None and scan.trajectory is None:
+        return None
     for name, settings in scene.effects.items():
         found: Mover | None = declaration(name).mover(scene, settings, by_hand=by_hand)
         if found is not None:

@@ -155,4 +155,5 @@ def _as_moved(channel: AddedChannel, extent: float) -> AddedChannel:
     """Return a channel with the peak-to-peak `extent` (N) of its own motion, to which its error is relative."""
     if extent == 0.0:
         return channel
-    return replace(channel, extent=extent, error=channel.error * min(channel.extent / extent, 1.0))
+    part = min(channel.extent / extent, 1.0) if channel.extent > 0.0 else 1.0
+    return replace(channel, extent=extent, error=channel.error * part)

@@ -107,7 +107,7 @@ class TangentialStage:
         if steady:
             method = SeriesCurve(slopes[0].series).name
         stage = cls(law, solved, slopes, friction, steady, _channels(law, components, lifted, method))
-        return stage.levelled() if of_file and slopes[0].table is not None else stage
+        return stage.levelled() if of_file else stage
 
     def levelled(self) -> TangentialStage:
         """Return the stage of a file with the full scale of its own motion, where the scene sets none.
@@ -137,12 +137,13 @@ class TangentialStage:
     def _along(self, simulation: Simulation | None) -> Block:
         """Return the channels of a file along its own motion: a period of a stroke, or MOST_FRAMES of a recording.
 
-        A simulation runs for LONGEST_OWN at most.
+        A simulation, and forces that are solved, run for LONGEST_OWN at most.
         """
         scene, running = self.solved.scene, None if simulation is None else Running(simulation, self.signals)
         stroke = scene.scan.stroke
         longest = math.inf if stroke is None else stroke.period
-        seconds = min(scene.output.duration, longest if running is None else min(longest, LONGEST_OWN))
+        costly = running is not None or any(one.moving is not None for one in self.slopes)
+        seconds = min(scene.output.duration, longest, LONGEST_OWN if costly else math.inf)
         frames = min(max(1, round(seconds * scene.output.sample_rate)), MOST_FRAMES)
         found = np.zeros((frames, len(self.channels)), np.float32)
         state, motion = self.start(0), ScanMotion(scene)

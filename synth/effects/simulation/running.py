@@ -98,8 +98,12 @@ class Simulation:
         return self.scene.output.sample_rate * self.steps
 
     def rest(self, loads: Any) -> Any:
-        """Return z (m) about which displacement is measured, at a load or at each of `loads` (N)."""
-        return self.reference(np.cbrt(loads)) + self.offset
+        """Return z (m) about which displacement is measured, at a load or at each of `loads` (N).
+
+        As in the steps, a load below the lift load counts as that load, unless an effect may hold the finger.
+        """
+        lightest = 0.0 if self.held else self.scene.scan.lift_load
+        return self.reference(np.cbrt(np.maximum(loads, lightest))) + self.offset
 
     def series(self, signal: Signal) -> Complex | None:
         """Return the series of a signal of a constant scan, under the gate; None if its motion does not repeat."""
