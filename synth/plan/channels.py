@@ -47,7 +47,7 @@ class ChannelPlan:
     order: order of the time derivative of z.
     full_scale: SI value of a sample of 1.0.
     error: largest error, relative to `extent`.
-    extent: peak-to-peak at the scan's speed and load, SI; of a moving file that is still there, twice its own peak.
+    extent: peak-to-peak at the scan's speed and load, SI; of a moving file, that of its own motion where it is larger.
     reader: reader of the steady scan, in SI units; None for a moving scan.
     level: for the approach, the mean of z over a period at the scan's load, m, which is added to the displacement; 0
         for other quantities.
@@ -104,10 +104,12 @@ class SteadyScan(Request):
         """Return the time derivative of SMALLEST_MOTION at the texture's own frequency, SI."""
         return SMALLEST_MOTION * (2.0 * math.pi * abs(self.turns)) ** order
 
-    def planned(self, channel: Channel, peaks: Mapping[int, float], *, still: bool = False) -> ChannelPlan:
+    def planned(
+        self, channel: Channel, peaks: Mapping[int, float], extents: Mapping[int, float], *, still: bool = False
+    ) -> ChannelPlan:
         """Return the plan of one channel, with its reader and its total error.
 
-        peaks: peak of each order (SI) along the scan's own motion, if that is not steady.
+        peaks, extents: peak and peak-to-peak of each order (SI) along the scan's own motion, where they are known.
         still: the finger moves too little for an automatic full scale. The full scale is then that of a finger that
             follows the texture exactly.
         """
@@ -115,8 +117,9 @@ class SteadyScan(Request):
         series = self.series(order)
         extent, peak = extent_and_peak(series)
         peak = peaks.get(order, peak)
-        if self.moving and not self.live and extent <= self.least(order):
-            extent = max(2.0 * peak, self.least(order))  # the steady motion is no measure of the file
+        if self.moving and not self.live:  # the steady motion may be no measure of the file
+            unlike = self.over_area or extent <= self.least(order)
+            extent = max(extent, extents.get(order, max(2.0 * peak, self.least(order)) if unlike else 0.0))
         if still and (self.by_hand or channel.quantity != APPROACH):
             peak = self.scene.texture.amplitude * (2.0 * math.pi * abs(self.turns)) ** order
         reader = None if self.moving else SeriesCurve(series)

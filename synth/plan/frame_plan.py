@@ -50,6 +50,7 @@ class FramePlan:
     count: number of solutions per `stride` frames.
     stride: number of frames.
     errors: error of each order of the demand, relative to its peak-to-peak.
+    extents: these peak-to-peaks along pieces of the motion (SI); empty: those at the scan's own speed and load.
     scale: the kept band, as a part of the whole band.
     work: predicted processor time per second of the motion, s, without landings.
     allowed: largest error of each order (SI) that a landing leaves; empty: the load does not vary.
@@ -63,6 +64,7 @@ class FramePlan:
     work: float
     allowed: tuple[float, ...] = ()
     finer: int = 1
+    extents: tuple[float, ...] = ()
 
     def landings(self, orders: tuple[int, ...]) -> dict[int, float]:
         """Return the largest error (SI) that a landing leaves, by order; orders: of the request."""

@@ -121,13 +121,12 @@ def with_pieces(
     finer, count = min(MOST_FINER, math.floor(room)), plan.count
     extents = np.array([extent_and_peak(steady.series(order))[0] for order in orders])
     least = np.array([steady.least(order) for order in orders])
-    if np.any(extents <= least):  # then the steady motion is no measure
-        moved = np.ptp(solved(count, np.full(len(orders), np.inf))[0], axis=1)
-        own = np.where(extents <= least, np.maximum(moved, least), extents)
-        if not own.all():
-            return plan
-        plan = replace(plan, errors=tuple((np.array(plan.errors) * np.maximum(extents, least) / own).tolist()))
-        extents = own
+    moved = np.ptp(solved(count, np.full(len(orders), np.inf))[0], axis=1)
+    own = np.maximum(moved, np.where(extents <= least, least, extents))
+    if not own.all():
+        return plan
+    scaled = np.where(extents <= least, least / own, 1.0)  # a steady motion that is still is no measure of the errors
+    plan, extents = replace(plan, errors=tuple((np.array(plan.errors) * scaled).tolist())), own
     landing = LANDING_SHARE * tolerance * extents
     frames, changed, left = solved(count, landing)
     if (larger := contact.doubled()) is not None and not (contact.geometry.over_area and contact.of_one_surface):
@@ -144,7 +143,8 @@ def with_pieces(
     if excess > 1.0 and max(plan.errors) > STILL_SOLVED:
         return None
     work = plan.work * count / plan.count
-    return replace(plan, count=count, work=work, allowed=tuple(landing.tolist()), finer=finer)
+    left_of_landings, known = (tuple(one.tolist()) for one in (landing, extents))
+    return replace(plan, count=count, work=work, allowed=left_of_landings, finer=finer, extents=known)
 
 
 def own_mean(asked: SteadyScan, contact: Any, tolerance: float) -> Mean:

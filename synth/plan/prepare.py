@@ -151,7 +151,8 @@ def _planned(solved: Preparation, demand: Demand, cells: Array, cache: ResponseC
             moves = not above_band(solved) and any(peaks.get(order, 1.0) > 0.0 for order in solved.orders)
             return _silent(replace(solved, spectrum=None), still, cache, 1.0 if moves else 0.0)
         solved = replace(solved, warnings=(*solved.warnings, still))
-    channels = tuple(steady.planned(one, peaks, still=bool(still)) for one in scene.output.channel_list)
+    extents = {} if frames is None else dict(zip(solved.orders, frames.extents, strict=False))
+    channels = tuple(steady.planned(one, peaks, extents, still=bool(still)) for one in scene.output.channel_list)
     if not solved.moving:
         channels = tuple(one.with_error(cells) for one in channels)
     reported = tuple(one for one in channels if one.error > FELT or file or not cells.any())

@@ -27,6 +27,7 @@ from synth.scene.scene import Scene
 LOOK_RATE, LOOKS = 4000.0, 1 << 20  # Hz; most moments at which a long recording is looked at
 RISE, QUICK = 1e-3, 0.1  # s; part of the load: a swing of a hand at 10 Hz changes the load by 3 to 6 %
 MOST_FINER = 64  # times the usual steps: 2 ms landings of a fingertip need 16
+CREEPS = 1e-4  # m/s: a finger that is slower everywhere is looked at where its load is lightest
 MOST_STEPS = 1 << 22  # of all parts of a chunk: 400 MB of working memory
 LEFT = 0.5  # of the last change
 ATTENUATION = 110.0  # dB, of the low-pass filter: 3e-6 in the band and beyond it
@@ -95,7 +96,7 @@ def pieces(scene: Scene) -> list[float]:
     for first, last in windows(load, 1.0 / rate, 0):
         calm[first : last + 1] = False
     speed = np.abs(samples[SPEED]) * touching
-    lightly = speed / np.cbrt(np.maximum(load, scene.scan.lift_load))
+    lightly = (speed + CREEPS * touching) / np.cbrt(np.maximum(load, scene.scan.lift_load))
     return [int(np.argmax(one)) / rate for one in (changes, changes * calm, speed, lightly)]
 
 

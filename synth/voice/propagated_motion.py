@@ -90,6 +90,8 @@ class PropagatedStage:
             made = SkinFilter.of(way, output.sample_rate, output.band_limit)
         before, after = _curves(solved, read.order, way)
         extent, ratio = float(np.ptp(after)), _ratio(before, after)
+        if (steady_extent := float(np.ptp(before))) > 0.0:  # a file may move further than its own speed does
+            extent *= max(read.extent / steady_extent, 1.0)
         error, method = ratio * read.error, "copy of the contact"
         if made is not None:
             error = ratio * made.largest * read.error + _filter_error(solved, read.order, way, made)
