@@ -59,6 +59,11 @@ Dispatcher.compile = compile_once  # type: ignore[method-assign, assignment]
 ssl.create_default_context = cache(ssl.create_default_context)  # type: ignore[assignment]
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Run files in the order of their names without folders: those that wait and those that compute then alternate."""
+    items.sort(key=lambda item: item.path.name)
+
+
 def pytest_collection_finish() -> None:
     """Take what was imported and collected out of every later search for garbage: all of it stays until the end."""
     gc.collect()

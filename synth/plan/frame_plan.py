@@ -40,7 +40,7 @@ OVER_AREA = 8.0  # factor on EXACT_CELL for a height field, at 1.8 N; about 5 at
 FRAME_SETUP = 60.0  # ns per solution outside the solver: motion, transforms
 CURVE_READ = 80.0  # ns per solution that is read from a series
 PATIENCE = 300.0  # s of predicted work for a recording; above it there are fewer solutions, or the table is read
-STILL_SOLVED = 0.02  # largest error with fewer: that of a table is similar
+STILL_SOLVED = 0.02  # largest error with fewer than the tolerance requires: that of a table is similar
 
 
 @dataclass(frozen=True, slots=True)
