@@ -96,9 +96,7 @@ def _beside_own_peaks(steady: SteadyScan, frames: FramePlan, peaks: Mapping[int,
 def with_pieces(
     steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mean, tolerance: float
 ) -> FramePlan | None:
-    """Return `plan` with as many solutions as pieces of the motion require, and the error that these leave.
-
-    It is None if they would take too long, and fewer err by more than a table.
+    """Return `plan` with as many solutions as pieces require, and its error; None where a table errs less in that time.
 
     steady: a recording whose load varies, at its own speed and load.
     contact: on the whole surface.
