@@ -61,8 +61,8 @@ class TangentialSettings(Section):
     )
     full_scale: Annotated[float | None, Quantity(Dimension.LOAD, 1e-12, 1e6)] = Field(
         default=None,
-        description="Force that a sample of 1.0 stands for; null: the steady peak becomes 0.8, and where a file of a "
-        "stroke or a recording is simulated or along a line, the peak of its own motion.",
+        description="Force that a sample of 1.0 stands for; null: the steady peak becomes 0.8, and of a file of a "
+        "stroke, a recording or a path, the peak of its own motion.",
     )
 
     @property

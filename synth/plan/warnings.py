@@ -141,9 +141,8 @@ def level_of_effects(scene: Scene, effects: PreparedEffects, *, stepped: bool) -
     if not automatic:
         return ()
     return (
-        f"The full scale of the {_listed(automatic)} is that of steady scanning or of the first seconds of the motion, "
-        "because effects are simulated. The file may peak above or below 0.8 of it. Set output.full_scale for a level "
-        "of your own.",
+        f"The full scale of the {_listed(automatic)} is that of steady scanning or of the first seconds of the motion. "
+        "The file may peak above or below 0.8 of it. Set output.full_scale for a level of your own.",
     )
 
 
