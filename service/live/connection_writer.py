@@ -140,7 +140,8 @@ class ConnectionWriter:
 
     async def _send_all(self, messages: Sequence[str | bytes]) -> None:
         pace = self._conversation.blocks.pace
-        pace.writing(self._clock())
+        if not self._wire.can_send():
+            pace.writing(self._clock())
         await self._wire.send_all(messages)
         pace.written(self._clock())
 
@@ -178,7 +179,6 @@ class ConnectionWriter:
         block = self._next_block()
         if block is None or not block.messages:
             return False
-        pace.writing(self._clock())
         self._wire.send_now(block.messages)
         now = self._clock()
         pace.written(now)

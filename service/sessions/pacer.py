@@ -79,15 +79,16 @@ class Pacer:
         return skipped
 
     def writing(self, now: float) -> None:
-        """Record that a write begins."""
+        """Record that a write begins that may wait for the reader."""
         self._waited, self._looked, self.in_write = 0.0, now, True
 
     def written(self, now: float) -> None:
-        """Record that the write is over."""
-        self._look(now)
-        self.in_write = False
-        if self._waited > WAITED_SECONDS:
-            self._blocked += self._waited
+        """Record that a write is over. One without `writing` has not waited for the reader, however long it took."""
+        if self.in_write:
+            self._look(now)
+            self.in_write = False
+            if self._waited > WAITED_SECONDS:
+                self._blocked += self._waited
         if now < self.due + self._lead:
             self._blocked = 0.0
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
+from service.live.transport import Messages
 from service.sessions.pacer import Behind, Pacer
 from tests.service.harness import Running, serving, warmed_up
 from tests.service.live.client import LiveClient, live
@@ -41,7 +42,20 @@ def busy_loop(engine: PlainEngine, running: Running) -> None:
     loop.call_soon_threadsafe(stall, 6)
 
 
-@pytest.mark.parametrize("fault", [slow_voice, busy_loop])
+def interrupted_writes(engine: PlainEngine, running: Running) -> None:
+    """Block the event loop repeatedly, and interrupt each write as a busy machine does: none waits for the reader."""
+    wire = next(iter(running.service.sessions._sessions.values())).peer._wire  # type: ignore[union-attr]
+    send_now = wire.send_now
+
+    def interrupted(messages: Messages) -> None:
+        time.sleep(0.006)
+        send_now(messages)
+
+    wire.send_now = interrupted  # type: ignore[method-assign]
+    busy_loop(engine, running)
+
+
+@pytest.mark.parametrize("fault", [slow_voice, busy_loop, interrupted_writes])
 def test_a_healthy_reader_of_a_late_service_stays(fault: Callable[[PlainEngine, Running], None]) -> None:
     engine = PlainEngine()
     with serving(engine, slow_reader=SLOW_READER) as running:
