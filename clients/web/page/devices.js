@@ -4,6 +4,7 @@ Model: one switch for the chosen gamepad and, where none vibrates, the phone. It
 keeps what the user chose. Motors play while the first finger touches and the page is shown. */
 
 import { byId, make } from "../dom.js";
+import { orTell } from "./notice.js";
 
 const CHOICE = "ridgewave.vibrate"; // in the storage of the browser: "on" or "off"
 
@@ -71,10 +72,12 @@ export class Devices {
 
   /** Loads the modules for motors, which few pages need. */
   async #load() {
-    const [{ Motors }, { MotorStrength }] = await Promise.all([
-      import("../motors/motors.js"),
-      import("../motors/strength.js"),
-    ]);
+    const loaded = await orTell(Promise.all([import("../motors/motors.js"), import("../motors/strength.js")]));
+    if (!loaded) {
+      byId("rumble").checked = false;
+      return;
+    }
+    const [{ Motors }, { MotorStrength }] = loaded;
     this.MotorStrength = MotorStrength;
     const onRefused = (name) =>
       this.#noteMotors(`${name} does not vibrate: it refuses every effect, or does not answer. ${ANOTHER}`);

@@ -14,7 +14,7 @@ import { pictureStatusOf } from "./status_texts.js";
 import { Devices } from "./devices.js";
 import { wireHeader } from "./header.js";
 import { wireLimiter } from "./limiter_lamp.js";
-import { tell } from "./notice.js";
+import { orTell, tell } from "./notice.js";
 import { PlanSection, Warnings } from "./plan_section.js";
 import { Recorder } from "./recorder.js";
 import { TouchSession } from "./touch_session.js";
@@ -176,7 +176,7 @@ const sameSound = (one, other) => same({ ...one, scan: null }, { ...other, scan:
 
 /** Shows a refusal of the service: beside the field, if it names one, and as a message. */
 function refused(form, { problem, sentence }) {
-  if (problem?.status === 401) return import("./key_form.js").then(({ askForKey }) => askForKey());
+  if (problem?.status === 401) return orTell(import("./key_form.js")).then((loaded) => loaded?.askForKey());
   if (problem) form.refuse(problem.errors ?? []);
   tell(sentence);
 }

@@ -3,6 +3,7 @@ element each time, so that nothing moves. */
 
 import { byId, make } from "../dom.js";
 
+const NOT_LOADED = "Part of the page did not load. Check that the service is running, then try again.";
 const SHOWN = 9000; // ms; shorter is missed, longer is out of date
 
 let timer = 0;
@@ -16,4 +17,12 @@ export function tell(sentence) {
   timer = setTimeout(() => {
     place.hidden = true;
   }, SHOWN);
+}
+
+/** Returns the module that `loading` loads, or null after telling the user that it did not load. */
+export function orTell(loading) {
+  return loading.catch(() => {
+    tell(NOT_LOADED);
+    return null;
+  });
 }

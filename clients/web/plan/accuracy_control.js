@@ -5,6 +5,7 @@ values of that field. `POST /v1/explain` predicts the cost; `POST /v1/accuracy` 
 Limits: timings are those of the service's machine with its present load. */
 
 import { make, whileDisabled } from "../dom.js";
+import { orTell } from "../page/notice.js";
 import { inWords } from "../scene/quantities.js";
 import { bytesInWords, costInWords, shareInWords, words } from "./plan_view.js";
 import { costOf, drawErrorPlot, plotInWords, seriesOf } from "./error_plot.js";
@@ -168,7 +169,7 @@ export class AccuracyControl extends EventTarget {
       shown.axes = drawErrorPlot(svg, measured, shown.window);
     };
     new ResizeObserver(shown.draw).observe(svg);
-    import("./error_plot_tools.js").then(({ mountErrorTools }) => mountErrorTools(tools, shown, measured));
+    orTell(import("./error_plot_tools.js")).then((loaded) => loaded?.mountErrorTools(tools, shown, measured));
   }
 
   #choices() {

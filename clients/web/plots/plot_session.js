@@ -5,10 +5,15 @@ import { followGestures } from "./gestures.js";
 import { PlotPanel } from "./plot_panel.js";
 import { lineInWords, LOWEST, spectrumOf, spectrumPlot } from "./spectrum_plot.js";
 import { waveformPlot } from "./waveform_plot.js";
+import { orTell } from "../page/notice.js";
 import { inWords, quantityOf } from "../scene/quantities.js";
 import { largestLine } from "../views/fourier_transform.js";
 
 const EVERY = 150; // ms between drawings of the live spectrogram
+const FURTHER = {
+  spectrogram: () => import("./spectrogram_view.js"),
+  comparison: () => import("./comparison_plot.js"),
+};
 const MAKERS = { waveform: waveformPlot, spectrum: spectrumPlot };
 
 export class PlotSession {
@@ -20,7 +25,7 @@ export class PlotSession {
   #frozen = {}; // name -> {snapshot, by: "button" or "lift"}
   #view = "spectrum";
   #slots = {};
-  #further = null; // the open SpectrogramView
+  #further = null; // the view that is open in place of the spectrum
 
   /** plots: of toolbar.js, which makes snapshots. tools: name -> {canvas, place} of each toolbar. */
   constructor(plots, tools) {
@@ -81,31 +86,34 @@ export class PlotSession {
   #show(name) {
     const frozen = this.#frozen[name];
     const panel = this.panels[name];
-    if (name === "spectrum" && this.#view === "comparison") return this.#further.show(panel, this.#slots);
-    if (name === "spectrum" && this.#view === "spectrogram") return this.#further.show(panel, Boolean(frozen));
+    if (name === "spectrum" && this.#view === "comparison") return this.#further?.show(panel, this.#slots);
+    if (name === "spectrum" && this.#view === "spectrogram") return this.#further?.show(panel, Boolean(frozen));
     panel.show(frozen ? MAKERS[name](frozen.snapshot) : null, frozen && badgeOf(frozen.by));
   }
 
-  /** Chooses the view of the spectrum. */
+  /** Chooses the view of the spectrum. The others are loaded with their first use. */
   async #choose(view) {
     this.#view = view;
     this.#further?.close();
     this.#further = null;
-    if (view === "spectrogram") {
-      const { SpectrogramView } = await import("./spectrogram_view.js");
-      if (this.#view === view) this.#further = new SpectrogramView(this.#plots, EVERY, this.#frozen.spectrum?.snapshot);
-    } else if (view === "comparison") {
-      const { comparisonPlot } = await import("./comparison_plot.js");
-      const show = (panel, slots) => {
-        const plot = slots.A || slots.B ? comparisonPlot(slots) : null;
-        panel.show(plot);
-        if (plot) this.#say("spectrum", plot.told);
-      };
-      if (this.#view === view) this.#further = { show, pause() {}, close() {} };
-      if (!this.#slots.A && !this.#slots.B)
-        this.#say("spectrum", "Stroke with A pressed above the textures, then with B.");
-    }
-    if (this.#view === view) this.#show("spectrum");
+    const loaded = view in FURTHER ? await orTell(FURTHER[view]()) : null;
+    if (this.#view !== view) return;
+    if (view in FURTHER && !loaded) this.#view = this.#tools.spectrum.place.querySelector("select").value = "spectrum";
+    else if (view === "spectrogram")
+      this.#further = new loaded.SpectrogramView(this.#plots, EVERY, this.#frozen.spectrum?.snapshot);
+    else if (view === "comparison") this.#compare(loaded.comparisonPlot);
+    this.#show("spectrum");
+  }
+
+  #compare(comparisonPlot) {
+    const show = (panel, slots) => {
+      const plot = slots.A || slots.B ? comparisonPlot(slots) : null;
+      panel.show(plot);
+      if (plot) this.#say("spectrum", plot.told);
+    };
+    this.#further = { show, pause() {}, close() {} };
+    if (!this.#slots.A && !this.#slots.B)
+      this.#say("spectrum", "Stroke with A pressed above the textures, then with B.");
   }
 
   async #export(name, format) {

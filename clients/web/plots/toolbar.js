@@ -7,6 +7,7 @@ against B"; the next touch shows the live plots again.
 Limits: the last second of samples; one channel. */
 
 import { make } from "../dom.js";
+import { orTell } from "../page/notice.js";
 
 const NONE = 1e-5; // of full scale: less was no vibration, which is not worth a frozen plot
 const VIEWS = { spectrum: "Spectrum", spectrogram: "Spectrogram", comparison: "A against B" };
@@ -68,7 +69,7 @@ class Plots {
     if (touches === this.#touched) return;
     this.#touched = touches;
     if (touches) this.lifted = false;
-    if (touches) return this.#loaded?.then((plots) => plots.touched());
+    if (touches) return this.#loaded && this.#use((plots) => plots.touched());
     const felt = this.snapshot();
     this.lifted = Boolean(felt?.samples.some((value) => Math.abs(value) > NONE * felt.fullScale));
     if (this.lifted) this.#use((plots) => plots.lifted(felt, this.slot()));
@@ -99,9 +100,12 @@ class Plots {
     return this.#use((plots) => plots.panels[name]);
   }
 
-  #use(act) {
-    this.#loaded ??= import("./plot_session.js").then(({ PlotSession }) => new PlotSession(this, this.#tools));
-    return this.#loaded.then(act);
+  /** Returns what `act` returns, undefined if the tools do not load: the next use tries again. */
+  async #use(act) {
+    this.#loaded ??= orTell(import("./plot_session.js").then(({ PlotSession }) => new PlotSession(this, this.#tools)));
+    const plots = await this.#loaded;
+    if (plots) return act(plots);
+    this.#loaded = null;
   }
 
   #mount(name, canvas) {

@@ -1,14 +1,15 @@
 /* The two ways to import a file: choose it beside the menu of textures, or drop it on the page. */
 
 import { byId } from "../dom.js";
+import { orTell } from "../page/notice.js";
 
 /** Opens the import of a chosen or dropped file. onKept(name): called after the texture is kept. tell(sentence). */
 export function wireImport({ onKept, tell }) {
   const input = byId("import");
   const open = async (files) => {
     if (files.length !== 1) return tell("Drop one file.");
-    const { ImportDialog } = await import("./import_dialog.js");
-    return new ImportDialog(files[0], onKept).open();
+    const loaded = await orTell(import("./import_dialog.js"));
+    return loaded && new loaded.ImportDialog(files[0], onKept).open();
   };
   input.addEventListener("change", () => {
     open([...input.files]);

@@ -352,3 +352,28 @@ def test_nothing_of_it_is_loaded_before_its_first_use(kept_touch_page: Page, ser
         page.click(".plot-toolbar[data-plot=waveform] [data-action=csv]")
         page.wait_for_function(STATUS, arg=["waveform", "nothing to export"])
         assert not any("spectrogram" in url or "comparison" in url for url in asked)
+
+
+def test_tools_that_do_not_load_are_told_and_load_with_the_next_use(kept_touch_page: Page, service: Running) -> None:
+    page = kept_touch_page
+    for module in ("plots/plot_session.js", "plots/spectrogram_view.js"):
+        page.route(f"**/web/{module}", lambda route: route.abort("connectionreset"), times=1)
+    told = "() => document.getElementById('notice').textContent.startsWith('Part of the page did not load.')"
+    forget = "() => document.getElementById('notice').replaceChildren()"
+    with visited(page, service.url + link_to(SCENE)) as watch:
+        watch.allow("net::ERR_CONNECTION_RESET")
+        loaded(page)
+        page.click("#stroke")
+        page.wait_for_function("() => ridgewave.fingers[0].source?.played > 4800")
+        press(page, "spectrum", "freeze")
+        page.wait_for_function(told)
+        press(page, "spectrum", "freeze")
+        page.wait_for_selector(FROZEN.format("spectrum"))
+
+        page.evaluate(forget)
+        view = page.locator(".plot-toolbar[data-plot=spectrum] select")
+        view.select_option("spectrogram")
+        page.wait_for_function(told)
+        assert view.input_value() == "spectrum"
+        view.select_option("spectrogram")
+        page.wait_for_function("() => document.querySelector('.plot-over[aria-label*=spectrogram]') !== null")
