@@ -51,7 +51,7 @@ def interrupted_writes(engine: PlainEngine, running: Running) -> None:
         time.sleep(0.006)
         send_now(messages)
 
-    wire.send_now = interrupted  # type: ignore[method-assign]
+    wire.send_now = interrupted
     busy_loop(engine, running)
 
 
