@@ -325,7 +325,7 @@ VOLUME = """async () => {
   const player = await modules.Player.open({sampleRate: 48000});
   const tap = player.tap("volume");
   const source = player.source(1);
-  source.play(new Float32Array(48000).fill(0.5));
+  source.play(new Float32Array(96000).fill(0.5));
   const begins = player.volume;
   await modules.until(() => source.played > 4800);
   player.volume = 0.6;
@@ -336,7 +336,7 @@ VOLUME = """async () => {
   await modules.until(() => source.played > 32000);
   source.level = 0.5;
   player.volume = 0.2;
-  await modules.until(() => source.played === 48000);
+  await modules.until(() => source.played === 96000);
   const samples = modules.packed(await tap.take());
   await player.close();
   return {samples, first: tap.first, runs: source.runs, begins, held};
