@@ -1,9 +1,9 @@
 """Choose the size of the cells, or of the columns, in which the contact of a scene is solved.
 
 Stage   2 (PLAN), used by `prepare`.
-Model   A file takes what its tolerance requires: over an area where it leaves its line, its load varies or effects
-        simulate it, `path_frames` has halved the cells; otherwise the series halves them itself. A voice with deadlines
-        takes what it can solve in time (`direct_plan.affordable`), and its error is told.
+Model   A file takes what its tolerance requires. Over an area where it leaves its line or its load varies, `own_motion`
+        halves the cells; where effects simulate it, `path_frames` has halved them; otherwise the series halves them. A
+        voice with deadlines takes what it can solve in time (`direct_plan.affordable`), and its error is told.
 Source  design, section 4.
 """
 
@@ -54,13 +54,13 @@ def shape_in_cells(
     if _at_places(asked):
         found: tuple[Contact, Array] = cells_along_path(asked, usual, tolerance)
         return found
-    return first_cells(usual), none
+    return usual if asked.over_area or asked.load_varies else first_cells(usual), none
 
 
 def _at_places(asked: Request) -> bool:
-    """Return whether a file over an area is solved at places or points, and not as one series."""
-    simulated = any(asked_effects(asked.scene, Kind.BALANCE))
-    return asked.over_area or asked.load_varies or asked.stretch is not None or simulated
+    """Return whether a file over an area is solved at points, or at places of a long surface under one load."""
+    own = asked.over_area or asked.load_varies
+    return any(asked_effects(asked.scene, Kind.BALANCE)) or (asked.stretch is not None and not own)
 
 
 def on_line(asked: Request, geometry: Geometry) -> bool:
@@ -77,6 +77,8 @@ def _over_area(
         return contact, none if asked.area else cells_along_line(asked, contact, cache)
     if _at_places(asked):
         return cells_along_path(asked, contact_of(scene, stretch), tolerance)
+    if asked.over_area or asked.load_varies:  # `own_motion` halves the usual cells
+        return contact_of(scene, stretch), none
     contact = contact_of(scene, stretch, refines=True)
     return contact.doubled() or contact, none  # the first of two halvings shows how fast the error falls
 

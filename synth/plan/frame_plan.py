@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 FEWEST_PHASES = 16  # per period of a long surface
 FALL = 2.5  # the error falls with the number of phases to this power: kinks of order 3/2
 FEWEST = 4  # solutions per stride, where the load varies: `landing` has a short filter then
+FEWEST_OVER_AREA = 2  # where a solution takes up to a millisecond
 EXACT_CELL = 8.0  # ns per phase and cell of the solver, on one core with AVX-512; slower machines exceed PATIENCE
 OVER_AREA = 8.0  # factor on EXACT_CELL for a height field, at 1.8 N; about 5 at 0.3 N
 FRAME_SETUP = 60.0  # ns per solution outside the solver: motion, transforms
@@ -76,17 +77,18 @@ class FramePlan:
 
 
 def plan_frames(asked: Request, contact: Contact, demand: Demand, series: Spectrum, scale: float) -> FramePlan | None:
-    """Return how a moving scan on a line is solved, or None if that would take too much time or memory.
+    """Return how a moving scan is solved, or None if that would take too much time or memory.
 
-    Where the load varies, the plan has the fewest solutions and no error: `own_motion` finds both.
+    Where the load varies, or along a path, the plan has the fewest solutions and no error: `own_motion` finds both.
 
     contact: the contact; on a long surface, that of its stretch.
     demand, series: harmonics, orders and tolerance, and the series that meets them at the scan's own load.
     scale: the kept band, as a part of the whole band.
     """
     scene = asked.scene
-    if asked.load_varies:
-        return counted(scene, scale, FEWEST, (0.0,) * len(demand.orders), solution_nanoseconds(contact))
+    if asked.load_varies or asked.over_area:
+        fewest = FEWEST_OVER_AREA if contact.geometry.over_area else FEWEST
+        return counted(scene, scale, fewest, (0.0,) * len(demand.orders), solution_nanoseconds(contact))
     errors = tuple(_error(series, place, demand) for place in range(len(demand.orders)))
     rate = scene.output.sample_rate / stride_of(scale)
     fastest = ScanMotion(scene).fastest() / contact.geometry.texture_period  # periods per second
@@ -123,8 +125,6 @@ def counted(
     """
     motion, stride = ScanMotion(scene), stride_of(scale)
     varies = motion.load_range()[0] != motion.load_range()[1]
-    if varies:
-        count = max(count, FEWEST)
     each = 1e-9 * scene.output.sample_rate / stride * (solution + FRAME_SETUP)
     most = MOST_TOGETHER * scale * stride / (4.0 * MARGIN)
     if varies:

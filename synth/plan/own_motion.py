@@ -14,6 +14,7 @@ Limits  A peak between two of the places is missed. A peak below FLOOR of the su
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -22,22 +23,30 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
+from synth.effects.effect import Kind
+from synth.motion.scan_motion import ScanMotion
 from synth.plan.channels import APPROACH, SteadyScan, extent_and_peak
-from synth.plan.direct_plan import AREA_MEAN_TOLERANCE, MEAN_TOLERANCE
+from synth.plan.direct_plan import AREA_MEAN_TOLERANCE, MEAN_TOLERANCE, PATH_SLOPE
 from synth.plan.direct_plan import MEANS as AREA_MEANS
 from synth.plan.direct_plan import PLACES as PLACES_OF_MEAN
-from synth.plan.frame_plan import FALL, PATIENCE, STILL_SOLVED, FramePlan
+from synth.plan.effect_choice import asked as asked_effects
+from synth.plan.frame_plan import FALL, PATIENCE, STILL_SOLVED, FramePlan, solution_nanoseconds
 from synth.plan.motion_peak import NEAR_MARGIN, differs_from_cruise, peaks_along
+from synth.plan.path_frames import MOST_WORK, SECONDS
 from synth.plan.request import harmonics_in_band
-from synth.response.mean_approach import Mean, enough_places, mean_curve, mean_over_area
+from synth.plan.swing import Swing, turning_errors
+from synth.response.discretisation import DISCRETE_SHARE
+from synth.response.mean_approach import Mean, enough_places, heights_of_mean, mean_curve, mean_over_area
 from synth.response.series_curve import SeriesCurve
 from synth.response.series_error import FLOOR
+from synth.sampling.band_filter import SOLUTIONS
 from synth.sampling.frame_solver import WITH_MEAN, FrameSolver
 from synth.sampling.landing import MOST_FINER, pieces
 from synth.scene.scene import Scene
 
 MEAN_SHARE = 50.0  # times the tolerance: the costly mean on a line over an area, whose error is then a twentieth of it
 PLACES_SHARE = 0.1, 0.01, 0.01  # of the tolerance: for the mean over places, by the highest order
+LIGHTER = 0.1  # part of the load: one that is lighter lands or lifts, and the number of places is judged at it
 OF_ORDER = 30.0, 5.0, 1.0  # times the tolerance that the mean keeps, by the highest order: it errs by 1e-3 of that
 OF_ACCELERATION = 0.03  # least part of the tolerance that the mean keeps for it: a load may pass its knots quickly
 OF_BAND = 50.0  # that part, over the mean square of the frequencies of acceleration in bands: a knot reaches the band
@@ -49,12 +58,13 @@ PLACES = 512  # places of a long surface at which the peaks of displacement and 
 
 def own_motion(
     asked: SteadyScan, series: Contact, contact: Contact, tolerance: float, frames: FramePlan | None
-) -> tuple[Mean | None, FramePlan | None, dict[int, float], str]:
-    """Return the mean of z, the plan of the frames, the peak of each order along the own motion, and a warning or "".
+) -> tuple[Any, Mean | None, FramePlan | None, dict[int, float], str]:
+    """Return the contact, the mean of z, the plan of the frames, the peak of each order, and a warning or "".
 
     If the scan's own speed and load determine the peaks, the mean is None and only a long surface has peaks.
 
-    series: contact of one period of the series; `contact` is on the whole surface.
+    series: contact of one period of the series; `contact` is on the whole surface, and is returned in the cells that
+        the own motion requires.
     frames: how a file is solved, without its landings.
     """
     scene, listed = asked.scene, asked.scene.output.channel_list
@@ -65,13 +75,13 @@ def own_motion(
     # in the turns more harmonics are in the band; a file is as loud as its own frames
     differs = still or not asked.live or differs_from_cruise(scene)
     if asked.by_hand or not asked.moving or not (approach or long or differs):
-        return None, frames, peaks, ""
+        return contact, None, frames, peaks, ""
     left = min(frames.errors, default=0.0) if frames and not still else 0.0  # by cells: the mean need not be nearer
     mean = own_mean(asked, contact, max(tolerance, left))
-    if frames is not None and scene.scan.trajectory is not None and asked.load_varies:
-        frames = with_pieces(asked, frames, contact, mean, tolerance)
+    if frames is not None and (asked.over_area or (scene.scan.trajectory is not None and asked.load_varies)):
+        contact, frames = with_pieces(asked, frames, contact, mean, tolerance)
     if all(channel.full_scale for channel in listed) or not (approach or differs):
-        return mean, frames, peaks, ""
+        return contact, mean, frames, peaks, ""
     known = tuple(sorted({0, *asked.orders, *({WITH_MEAN} if approach else ())}))
     read = SeriesCurve(asked.spectrum.harmonics).heights if asked.reads_series and not asked.live else None
     found, warning = peaks_along(contact, asked, mean, known, series, read, frames)
@@ -80,7 +90,7 @@ def own_motion(
     peaks = {order: peak * (peak > least) for order, peak, least in zip(known, found.tolist(), rounding, strict=True)}
     if frames is not None and not asked.load_varies:
         frames = _beside_own_peaks(asked, frames, peaks)
-    return mean, frames, peaks, warning
+    return contact, mean, frames, peaks, warning
 
 
 def _beside_own_peaks(steady: SteadyScan, frames: FramePlan, peaks: Mapping[int, float]) -> FramePlan:
@@ -94,64 +104,98 @@ def _beside_own_peaks(steady: SteadyScan, frames: FramePlan, peaks: Mapping[int,
 
 
 def with_pieces(
-    steady: SteadyScan, plan: FramePlan, contact: Contact, mean: Mean, tolerance: float
-) -> FramePlan | None:
-    """Return `plan` with as many solutions as pieces require, and its error; None where a table errs less in that time.
+    steady: SteadyScan, plan: FramePlan, contact: Any, mean: Mean, tolerance: float
+) -> tuple[Any, FramePlan | None]:
+    """Return `contact` in the cells, and `plan` with the solutions and the error, that pieces of the motion require.
 
-    steady: a recording whose load varies, at its own speed and load.
+    The plan is None where a table errs less in that time.
+
+    steady: a file along a path, or a recording whose load varies, at its own speed and load.
     contact: on the whole surface.
     mean: mean of z over a period, as for `FrameSolver`.
     """
     scene, orders, rate = steady.scene, steady.orders, steady.scene.output.sample_rate
-    places = pieces(scene)
-    room = max(2.0, PATIENCE / (plan.work * scene.output.duration))  # times the planned solutions
+    places, known = pieces(scene), defaultdict[tuple[int, Any], dict[int, Array]](dict)
 
-    def solved(count: int, landing: Array, by: Any = contact) -> tuple[Array, Array, Array]:
+    def solved(count: int, landing: Array, by: Any) -> tuple[Array, Array, Array]:
         """Return the frames of the pieces, their folded errors, and the errors that are left of their landings, SI."""
         solver = FrameSolver(
             by.heights, scene, mean, rate, count=2 * count, stride=plan.stride, scale=plan.scale, longest=0,
             margin=NEAR_MARGIN, landings=dict(zip(orders, landing.tolist(), strict=True)), finer=finer,
+            known=known[count, by.key],
         )  # fmt: skip
         numbers = sorted({math.floor(place * rate / solver.chunk) for place in places})
         frames, folded, left = zip(*(solver.folded(number, orders) for number in numbers), strict=True)
         return np.concatenate(frames, axis=1), np.max(folded, axis=0), np.max(left, axis=0)
 
+    room = max(2.0, PATIENCE / (plan.work * scene.output.duration))  # times the planned solutions
     finer, count = min(MOST_FINER, math.floor(room)), plan.count
     extents = np.array([extent_and_peak(steady.series(order))[0] for order in orders])
     least = np.array([steady.least(order) for order in orders])
-    moved = np.ptp(solved(count, np.full(len(orders), np.inf))[0], axis=1)
+    moved = np.ptp(solved(count, np.full(len(orders), np.inf), contact)[0], axis=1)
     own = np.maximum(moved, np.where(extents <= least, least, extents))
     if not own.all():
-        return plan
+        return contact, plan
     scaled = np.where(extents <= least, least / own, 1.0)  # a steady motion that is still is no measure of the errors
     plan, extents = replace(plan, errors=tuple((np.array(plan.errors) * scaled).tolist())), own
     landing = LANDING_SHARE * tolerance * extents
-    frames, changed, left = solved(count, landing)
-    if (larger := contact.doubled()) is not None and not (contact.geometry.over_area and contact.of_one_surface):
-        moved = np.max(np.abs(solved(count, landing, larger)[0] - frames), axis=1)
-        plan = plan.with_errors(moved / extents)  # in the pieces half of it is left, or less
+    frames, changed, left = solved(count, landing, contact)
+    if (larger := contact.doubled()) is not None:
+        before = solved(count, landing, larger)[0]
+        moved = np.max(np.abs(before - frames), axis=1) / extents
+        while np.max(moved) > DISCRETE_SHARE * tolerance and (smaller := _smaller(contact, scene, plan)):
+            longer = solution_nanoseconds(smaller) / solution_nanoseconds(contact)
+            contact, before, plan = smaller, frames, replace(plan, work=longer * plan.work)
+            frames, changed, left = solved(count, landing, contact)
+            moved = np.max(np.abs(before - frames), axis=1) / extents
+        plan = plan.with_errors(moved + _turning(contact, steady))  # in the pieces half of `moved` is left, or less
+    room = max(2.0, PATIENCE / (plan.work * scene.output.duration))
     allowed = FOLD_SHARE * np.maximum(tolerance, plan.errors) * extents  # cells and columns may leave more
     for _round in range(ROUNDS):
         excess = float(np.max(OVER_CHANGE * changed / allowed))
         if excess <= 1.0 or 2 * count > room * plan.count:
             break
         count = math.ceil(count * min(max(excess ** (1.0 / FALL), 1.2), 4.0))
-        frames, changed, left = solved(count, landing)
+        frames, changed, left = solved(count, landing, contact)
     plan = plan.with_errors((np.maximum(left, landing) + OVER_CHANGE * changed) / extents)
     if excess > 1.0 and max(plan.errors) > STILL_SOLVED:
-        return None
+        return contact, None
     work = plan.work * count / plan.count
-    left_of_landings, known = (tuple(one.tolist()) for one in (landing, extents))
-    return replace(plan, count=count, work=work, allowed=left_of_landings, finer=finer, extents=known)
+    left_of_landings, own_extents = (tuple(one.tolist()) for one in (landing, extents))
+    return contact, replace(plan, count=count, work=work, allowed=left_of_landings, finer=finer, extents=own_extents)
+
+
+def _smaller(contact: Any, scene: Scene, plan: FramePlan) -> Any:
+    """Return `contact` in cells half as large; None on a line, for a simulation, and where they would be too many."""
+    if not contact.geometry.over_area or any(asked_effects(scene, Kind.BALANCE)):
+        return None
+    smaller = contact.halved()
+    if smaller is None or smaller.grid.cells > MOST_WORK:
+        return None
+    longer = solution_nanoseconds(smaller) / solution_nanoseconds(contact)
+    return smaller if longer * plan.work * scene.output.duration <= PATIENCE else None
+
+
+def _turning(contact: Any, steady: SteadyScan) -> Array:
+    """Return the error of each order of a finger that turns, from a swing between two directions of its cells."""
+    scene, band = steady.scene, steady.scene.output.band_limit
+    if not scene.scan.turns or contact.of_any_direction:
+        return np.zeros(len(steady.orders))
+    swing = Swing(SOLUTIONS * band, band, ScanMotion(scene).fastest(), PATH_SLOPE, SECONDS)
+    return turning_errors(contact, contact, swing, pressed(scene))[list(steady.orders)]
 
 
 def own_mean(asked: SteadyScan, contact: Any, tolerance: float) -> Mean:
     """Return the mean of z that the displacement of the request leaves out; `tolerance` is that of the scene."""
     loads, load, lift = asked.loads, pressed(asked.scene), asked.scene.scan.lift_load
     over, both, places = contact.geometry.over_area, asked.over_area, PLACES_OF_MEAN
-    share = PLACES_SHARE[max(asked.orders)]
+    lands = loads[0] < LIGHTER * load
     if not asked.live:
-        places = enough_places(contact, load, lift, share * tolerance, places, across=over and both)
+        if over:
+            contact = _larger_cells(contact, load, PLACES_SHARE[0] * tolerance, across=both)
+        share = PLACES_SHARE[max(asked.orders) if lands else 0]
+        judged = (load, max(LIGHTER * load, loads[0]), max(lift, loads[0]))
+        places = enough_places(contact, judged, share * tolerance, places, across=both and over)
     if over:
         tolerance = min(max(MEAN_SHARE * tolerance, MEAN_TOLERANCE), AREA_MEAN_TOLERANCE)
         mean: Any = mean_over_area if both else mean_curve
@@ -163,6 +207,22 @@ def own_mean(asked: SteadyScan, contact: Any, tolerance: float) -> Mean:
         highest = moved * (2.0 * math.pi * asked.scene.output.band_limit) ** 2
         part = min(max(OF_BAND * pulled / max(highest, 1e-300), OF_ACCELERATION), part)
     return mean_curve(contact, loads, load, part * tolerance, places, lift=lift)
+
+
+def _larger_cells(contact: Any, load: float, error: float, *, across: bool) -> Any:
+    """Return `contact` in larger cells where its mean of z at `load` (N) changes by no more than `error` in them.
+
+    error: relative to the peak-to-peak of z.
+    across: as of `enough_places`.
+    """
+    larger = contact.doubled()
+    if larger is None:
+        return contact
+    many, few = (
+        heights_of_mean(one, across=across)(np.arange(PLACES_OF_MEAN) / PLACES_OF_MEAN, load)
+        for one in (contact, larger)
+    )
+    return larger if abs(float(np.mean(few) - np.mean(many))) <= error * float(np.ptp(many)) else contact
 
 
 def has_approach(scene: Scene) -> bool:

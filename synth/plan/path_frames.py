@@ -23,7 +23,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.load_balance import Contact
 from synth.kept_files import json_form
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.direct_plan import PATH_SLOPE
@@ -31,7 +30,7 @@ from synth.plan.frame_plan import FramePlan, counted, solution_nanoseconds, stri
 from synth.plan.live_work import LEFT_OF_CHANGE
 from synth.plan.request import HAND_SPEEDS, Request
 from synth.plan.scene_table import entry_of
-from synth.plan.swing import MORE_FOLDS, Swing, changed_by, relative, turning_errors
+from synth.plan.swing import MORE_FOLDS, Swing, changed_by, relative
 from synth.response.demand import Demand, harmonics_of, points_for
 from synth.response.discretisation import DISCRETE_SHARE, FIRST_ORDER, changes, remaining
 from synth.response.table_error import QUANTITIES
@@ -67,7 +66,7 @@ def cells_along_path(
 
     A finger at rest swings at a usual speed of a hand.
 
-    orders: as of `path_frames`.
+    orders: of a force; None: those of the request.
     """
     scene, listed = asked.scene, list(asked.orders if orders is None else orders)
     load, fastest = max(scene.scan.load, scene.scan.lift_load), ScanMotion(scene).fastest() or HAND_SPEEDS[1]
@@ -123,41 +122,25 @@ def beside_cells(tolerance: float, cells: Array) -> float:
     return tolerance - min(float(np.max(cells)), DISCRETE_SHARE * tolerance)
 
 
-def path_frames(
-    asked: Request,
-    contact: Contact | ForceOverArea,
-    cells: Array,
-    tolerance: float,
-    scale: float,
-    orders: tuple[int, ...] | None = None,
+def force_frames(
+    asked: Request, force: ForceOverArea, cells: float, tolerance: float, scale: float
 ) -> FramePlan | None:
-    """Return how a file along a path is solved, or None if that would take too much time or memory.
+    """Return how a force of a file is solved, by the folded error of a swing, or None as `plan_frames`.
 
-    contact, cells: of `cells_along_path`; or a force, and the error of it.
-    scale: the kept band, as a part of the whole band.
-    orders: of a force, whose errors between two directions are not added; None: those of the request.
+    cells: error of the force by its cells.
     """
     scene, frames = asked.scene, asked.scene.output.sample_rate / stride_of(scale)
     load, fastest = max(scene.scan.load, scene.scan.lift_load), ScanMotion(scene).fastest()
-    band, listed = scene.output.band_limit, list(asked.orders if orders is None else orders)
+    band = scene.output.band_limit
     count = max(1, math.ceil(SOLUTIONS * band / frames))
-    allowed, folded = np.maximum(FOLDED_SHARE * tolerance, CELLS_SHARE * cells[listed]), np.zeros(len(listed))
-    slope = PATH_SLOPE if asked.over_area else 0.0
-    while orders is not None or not asked.load_varies:  # else `own_motion` finds the number
+    allowed, slope = max(FOLDED_SHARE * tolerance, CELLS_SHARE * cells), PATH_SLOPE if asked.over_area else 0.0
+    while True:
         swing = Swing(count * frames, band, fastest, slope, SECONDS)
-        z = swing.heights(contact, load, 0.5)
+        z = swing.heights(force, load, 0.5)
         fine = swing.curves(z)
-        folded = MORE_FOLDS * relative(_largest(fine[:, ::2] - swing.curves(z[::2])), np.ptp(fine, axis=1))[listed]
-        if np.all(folded <= allowed) or count * frames > MOST_SOLUTIONS:
+        change = np.max(np.abs(fine[:, ::2] - swing.curves(z[::2])), axis=1)
+        folded = float(MORE_FOLDS * relative(change, np.ptp(fine, axis=1))[0])
+        if folded <= allowed or count * frames > MOST_SOLUTIONS:
             break
         count *= 2
-    if scene.scan.turns and orders is None:
-        judged = Swing(SOLUTIONS * band, band, fastest, PATH_SLOPE, SECONDS)
-        folded = folded + turning_errors(contact, contact, judged, load)[listed]
-    folded = folded + cells[listed]
-    errors = tuple(folded.tolist())
-    return counted(scene, scale, count, errors, solution_nanoseconds(contact))
-
-
-def _largest(curves: Array) -> Array:
-    return np.asarray(np.max(np.abs(curves), axis=1))
+    return counted(scene, scale, count, (folded + cells,), solution_nanoseconds(force))

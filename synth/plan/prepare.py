@@ -33,7 +33,7 @@ from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out
 from synth.plan.frame_plan import FramePlan, plan_frames
 from synth.plan.motion_peak import differs_from_cruise
 from synth.plan.own_motion import has_approach, own_motion
-from synth.plan.path_frames import beside_cells, path_frames
+from synth.plan.path_frames import beside_cells
 from synth.plan.preparation import Preparation
 from synth.plan.process_start import begun
 from synth.plan.request import N_MAX, Request, harmonics_in_band
@@ -144,7 +144,8 @@ def _planned(solved: Preparation, demand: Demand, cells: Array, cache: ResponseC
     scene, tolerance, steady = solved.scene, solved.tolerance, solved.steady
     assert solved.contact is not None
     frames = _frames(solved, demand, cells) if solved.moving and not solved.live else None
-    mean, frames, peaks, partly = own_motion(steady, solved.contact, solved.whole, tolerance, frames)
+    contact, mean, frames, peaks, partly = own_motion(steady, solved.contact, solved.whole, tolerance, frames)
+    solved = replace(solved, **{"contact" if solved.on_surface is None else "on_surface": contact})
     still = above_band(solved) or steady.silence(peaks)
     if still and not solved.by_hand:
         if not has_approach(scene):
@@ -168,10 +169,10 @@ def _frames(solved: Preparation, demand: Demand, cells: Array) -> FramePlan | No
     scene, contact, spectrum = solved.scene, solved.contact, solved.spectrum
     assert contact is not None and spectrum is not None
     scale = min(1.0, scene.output.band_limit / (BAND * scene.output.sample_rate))
-    if solved.over_area:
-        return path_frames(solved, contact, cells, solved.tolerance, scale)
     frames = plan_frames(solved, contact, demand, spectrum, scale)
-    return frames and frames.with_errors(cells[list(solved.orders)])
+    if frames is None or solved.load_varies or solved.over_area:  # then `own_motion` finds the error by cells too
+        return frames
+    return frames.with_errors(cells[list(solved.orders)])
 
 
 def _stretch(scene: Scene) -> Stretch | None:

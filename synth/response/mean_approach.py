@@ -32,7 +32,6 @@ MEAN_ERROR = 1e-3  # largest error, relative to the tolerance times the peak-to-
 GOLDEN, NO_LOAD = 0.618033988749895, 1e-9  # turns across per place along; N, a load that the solver treats as none
 NARROWEST = 1e-4  # of the largest root: no narrower interval is halved; at the lightest loads an area is never smooth
 MOST_PLACES = 4096  # of a period over an area, at which z is averaged
-LIGHTER = 0.1  # part of the load at which the number of places is judged, besides it and the lift load
 SPLINE_GAIN = 8.0  # least factor by which the error falls when an interval is halved; 16 in the limit
 
 
@@ -45,15 +44,14 @@ def mean_curve(
     fewest: int = FEWEST_MEANS,
     lift: float = 0.0,
 ) -> Mean:
-    """Return the mean of z over a period (m) as a function of w^(1/3), from no load to the heavier of `loads` (N).
+    """Return the mean of z over a period (m) as a function of w^(1/3), between two `loads` (N).
 
     load: N; `tolerance` is relative to the peak-to-peak of z at this load.
     places: number of places of a period over which z is averaged.
     fewest: least number of loads at which it is solved, before intervals are halved.
     lift: load (N) below which the lift gate fades the output, and so the error of the mean; 0: at no load.
     """
-    lightest = loads[0] if loads[0] == loads[1] else 0.0
-    return mean_of(_along(contact), (lightest, loads[1]), load, tolerance, places, fewest, lift)
+    return mean_of(_along(contact), loads, load, tolerance, places, fewest, lift)
 
 
 def _along(contact: Contact) -> Heights:
@@ -78,8 +76,7 @@ def mean_over_area(
 
     The arguments are those of `mean_curve`. The places across follow from those along by the golden ratio.
     """
-    lightest = loads[0] if loads[0] == loads[1] else 0.0
-    return mean_of(_over_both(contact), (lightest, loads[1]), load, tolerance, places, fewest, lift)
+    return mean_of(_over_both(contact), loads, load, tolerance, places, fewest, lift)
 
 
 def _over_both(contact: Any) -> Heights:
@@ -94,17 +91,22 @@ def _over_both(contact: Any) -> Heights:
     return heights
 
 
-def enough_places(contact: Any, load: float, lift: float, error: float, places: int, *, across: bool) -> int:
+def heights_of_mean(contact: Any, *, across: bool) -> Heights:
+    """Return z at the places of a mean: of both periods of a height field (across), or on the line of `contact`."""
+    return _over_both(contact) if across else _along(contact)
+
+
+def enough_places(contact: Any, loads: tuple[float, ...], error: float, places: int, *, across: bool) -> int:
     """Return at how many places the mean of z over a period keeps `error`, relative to the peak-to-peak of z.
 
-    load, lift: N, the largest one and the lift load, at which few places touch and the mean varies most.
+    loads: N, at which it must; at the lift load few places touch, and the mean varies most.
     places: to begin with; they are doubled up to MOST_PLACES.
     across: whether the mean is that of both periods.
     """
-    heights = _over_both(contact) if across else _along(contact)
+    heights = heights_of_mean(contact, across=across)
 
     def solved(count: int) -> list[Array]:
-        return [heights(np.arange(count) / count, w) for w in (load, LIGHTER * load, lift)]
+        return [heights(np.arange(count) / count, w) for w in dict.fromkeys(loads)]
 
     few = solved(places)
     while places < MOST_PLACES:

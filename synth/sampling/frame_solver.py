@@ -53,6 +53,7 @@ class FrameSolver:
     margin: frames on each side of a chunk at the full band.
     landings: largest error (SI) of each order of the time derivatives that a landing may leave.
     finer: largest number of solutions in a landing for each usual one.
+    known: what a solver of the same steps has solved, to which all is added; None: only what the next chunk shares.
     chunk: number of frames that are solved together; `longest` at most, but no shorter than the margins.
     """
 
@@ -71,6 +72,7 @@ class FrameSolver:
         whole: bool = False,
         landings: Mapping[int, float] = MappingProxyType({}),
         finer: int = 1,
+        known: dict[int, Array] | None = None,
     ) -> None:
         self._heights, self._scene, self._whole = heights, scene, whole
         self._scan, self._period = scene.scan, scene.texture.period
@@ -83,7 +85,7 @@ class FrameSolver:
         self._parts = max(2, min(room, max(CHUNK, 4 * self._margin)) // self._margin)
         self.chunk = self._parts * self._margin
         self._mean = mean
-        self._shared: dict[int, Array] = {}  # the parts that the last solved chunk shares with the next one
+        self._known, self._shared = known, {} if known is None else known  # parts that are solved, by number
 
     @property
     def memory_bytes(self) -> int:
@@ -180,7 +182,10 @@ class FrameSolver:
         """
         first = number * self._parts - 1
         parts = {one: self._part(one) for one in range(first, first + self._parts + 2)}
-        self._shared = {one: parts[one] for one in (first + self._parts, first + self._parts + 1)}
+        if self._known is None:
+            self._shared = {one: parts[one] for one in (first + self._parts, first + self._parts + 1)}
+        else:
+            self._known.update(parts)
         return np.concatenate(list(parts.values()), axis=1)
 
     def _part(self, number: int) -> Array:

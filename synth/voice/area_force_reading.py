@@ -2,7 +2,7 @@
 
 Stage   3 (VOICE), used by `tangential_force` where the finger moves over an area, or on a line of one.
 Model   A file solves the force at equal steps, as it solves z (`frame_solver`); the number of steps is chosen for the
-        force (`path_frames`). A voice with deadlines, and a file whose frames would take too long, solve it along the
+        force (`force_frames`). A voice with deadlines, and a file whose frames would take too long, solve it along the
         motion (`direct_reader`), with the filters of the displacement, so that z and the forces have one delay.
         The error is that of a swing: what folds, twice the change from cells twice as large, and that of the filter.
 Source  design, sections 4 and 8.
@@ -23,7 +23,7 @@ from synth.motion.scan_motion import ScanMotion
 from synth.plan.direct_plan import PATH_SLOPE
 from synth.plan.frame_plan import FramePlan
 from synth.plan.own_motion import pressed
-from synth.plan.path_frames import BEGINS, SECONDS, SHORT, UNSEEN, cells_along_path, path_frames
+from synth.plan.path_frames import BEGINS, SECONDS, SHORT, UNSEEN, cells_along_path, force_frames
 from synth.plan.preparation import Preparation
 from synth.plan.request import HAND_SPEEDS
 from synth.plan.scene_table import band_of, bounds_for
@@ -72,7 +72,7 @@ class MovingForce:
             force, cells = cells_along_path(solved, force, solved.tolerance, (0,))
         if not solved.live:
             scale = min(1.0, band / (BAND * scene.output.sample_rate))
-            frames = path_frames(solved, force, cells, solved.tolerance, scale, (0,))
+            frames = force_frames(solved, force, float(cells[0]), solved.tolerance, scale)
         if frames is not None:
             error = frames.errors[0]
         else:
