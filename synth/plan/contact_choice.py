@@ -2,7 +2,7 @@
 
 Stage   2 (PLAN), used by `prepare`.
 Model   A file takes what its tolerance requires. Over an area where it leaves its line or its load varies, `own_motion`
-        halves the cells; where effects simulate it, `path_frames` has halved them; otherwise the series halves them. A
+        halves the cells; where effects simulate it, `area_cells` has halved them; otherwise the series halves them. A
         voice with deadlines takes what it can solve in time (`direct_plan.affordable`), and its error is told.
 Source  design, section 4.
 """
@@ -19,9 +19,9 @@ from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
 from synth.contact.scene_contact import contact_of
 from synth.effects.effect import Kind
+from synth.plan.area_cells import cells_along_line, cells_along_path, first_cells
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.live_work import affordable
-from synth.plan.path_frames import cells_along_line, cells_along_path, first_cells
 from synth.plan.request import Request
 from synth.response.table_error import QUANTITIES
 from synth.response_cache import ResponseCache

@@ -1,21 +1,21 @@
 """The peaks of each quantity along a scan's own motion, and the mean of z that displacement leaves out.
 
 Stage   2, used by `prepare`.
-Model   Pieces of a recording whose load varies are solved with twice the planned steps. The change when every second
-        is left out is the folded error. While it exceeds its share of the tolerance, there are more steps. The change
-        by segments or columns twice as far apart is added, and by cells where the ends of the contact pass them.
+Model   Pieces of a file along a path, or of a recording whose load varies, are solved with twice the planned steps. The
+        change when every second is left out is the folded error. While it exceeds its share of the tolerance, there are
+        more steps. The change by segments, columns or cells twice as large is added. While the change by cells exceeds
+        its share, they are halved, up to MOST_WORK.
         Where the peaks along the motion are not those of the steady scan, `motion_peak` finds them. On a long surface
         the peaks of displacement and approach are those at PLACES places.
 Source  design, section 4.
-Limits  A peak between two of the places is missed. A peak below FLOOR of the surfaces, at the end of the band, is the
-        rounding of a finger at rest, and counts as none.
+Limits  What is worse outside of the pieces is missed, and so is a peak between two of the places. A peak below FLOOR of
+        the surfaces, at the end of the band, is the rounding of a finger at rest, and counts as none.
 """
 
 from __future__ import annotations
 
 import math
-from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -25,6 +25,7 @@ from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.effects.effect import Kind
 from synth.motion.scan_motion import ScanMotion
+from synth.plan.area_cells import MOST_WORK, SECONDS
 from synth.plan.channels import APPROACH, SteadyScan, extent_and_peak
 from synth.plan.direct_plan import AREA_MEAN_TOLERANCE, MEAN_TOLERANCE, PATH_SLOPE
 from synth.plan.direct_plan import MEANS as AREA_MEANS
@@ -32,7 +33,6 @@ from synth.plan.direct_plan import PLACES as PLACES_OF_MEAN
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.frame_plan import FALL, PATIENCE, STILL_SOLVED, FramePlan, solution_nanoseconds
 from synth.plan.motion_peak import NEAR_MARGIN, differs_from_cruise, peaks_along
-from synth.plan.path_frames import MOST_WORK, SECONDS
 from synth.plan.request import harmonics_in_band
 from synth.plan.swing import Swing, turning_errors
 from synth.response.discretisation import DISCRETE_SHARE
@@ -79,7 +79,10 @@ def own_motion(
     left = min(frames.errors, default=0.0) if frames and not still else 0.0  # by cells: the mean need not be nearer
     mean = own_mean(asked, contact, max(tolerance, left))
     if frames is not None and (asked.over_area or (scene.scan.trajectory is not None and asked.load_varies)):
-        contact, frames = with_pieces(asked, frames, contact, mean, tolerance)
+        usual = contact
+        contact, frames = with_pieces(asked, frames, usual, mean, tolerance)
+        if contact is not usual and 0 in asked.orders:  # a displacement keeps what the mean errs
+            mean = own_mean(asked, contact, max(tolerance, left))
     if all(channel.full_scale for channel in listed) or not (approach or differs):
         return contact, mean, frames, peaks, ""
     known = tuple(sorted({0, *asked.orders, *({WITH_MEAN} if approach else ())}))
@@ -103,6 +106,36 @@ def _beside_own_peaks(steady: SteadyScan, frames: FramePlan, peaks: Mapping[int,
     return replace(frames, errors=tuple(errors))
 
 
+class _Pieces:
+    """The pieces of a motion on which its plan is judged. What is solved is kept for the next call.
+
+    steady, plan, mean: of `with_pieces`.
+    """
+
+    def __init__(self, steady: SteadyScan, plan: FramePlan, mean: Mean) -> None:
+        self._steady, self._plan, self._mean = steady, plan, mean
+        self._places = pieces(steady.scene)
+        self._known: dict[Hashable, dict[int, Array]] = {}
+        self.finer = min(MOST_FINER, math.floor(self.room(plan)))
+
+    def room(self, plan: FramePlan) -> float:
+        """Return how many times the solutions of `plan` may be taken, 2 at least."""
+        return max(2.0, PATIENCE / (plan.work * self._steady.scene.output.duration))
+
+    def solved(self, contact: Any, count: int, landing: Array) -> tuple[Array, Array, Array]:
+        """Return the frames of the pieces, their folded errors, and the errors that are left of their landings, SI."""
+        orders, rate = self._steady.orders, self._steady.scene.output.sample_rate
+        solver = FrameSolver(
+            contact.heights, self._steady.scene, self._mean, rate, count=2 * count, stride=self._plan.stride,
+            scale=self._plan.scale, longest=0, margin=NEAR_MARGIN,
+            landings=dict(zip(orders, landing.tolist(), strict=True)), finer=self.finer,
+            known=self._known.setdefault((count, contact.key), {}),
+        )  # fmt: skip
+        numbers = sorted({math.floor(place * rate / solver.chunk) for place in self._places})
+        frames, folded, left = zip(*(solver.folded(number, orders) for number in numbers), strict=True)
+        return np.concatenate(frames, axis=1), np.max(folded, axis=0), np.max(left, axis=0)
+
+
 def with_pieces(
     steady: SteadyScan, plan: FramePlan, contact: Any, mean: Mean, tolerance: float
 ) -> tuple[Any, FramePlan | None]:
@@ -114,55 +147,38 @@ def with_pieces(
     contact: on the whole surface.
     mean: mean of z over a period, as for `FrameSolver`.
     """
-    scene, orders, rate = steady.scene, steady.orders, steady.scene.output.sample_rate
-    places, known = pieces(scene), defaultdict[tuple[int, Any], dict[int, Array]](dict)
-
-    def solved(count: int, landing: Array, by: Any) -> tuple[Array, Array, Array]:
-        """Return the frames of the pieces, their folded errors, and the errors that are left of their landings, SI."""
-        solver = FrameSolver(
-            by.heights, scene, mean, rate, count=2 * count, stride=plan.stride, scale=plan.scale, longest=0,
-            margin=NEAR_MARGIN, landings=dict(zip(orders, landing.tolist(), strict=True)), finer=finer,
-            known=known[count, by.key],
-        )  # fmt: skip
-        numbers = sorted({math.floor(place * rate / solver.chunk) for place in places})
-        frames, folded, left = zip(*(solver.folded(number, orders) for number in numbers), strict=True)
-        return np.concatenate(frames, axis=1), np.max(folded, axis=0), np.max(left, axis=0)
-
-    room = max(2.0, PATIENCE / (plan.work * scene.output.duration))  # times the planned solutions
-    finer, count = min(MOST_FINER, math.floor(room)), plan.count
+    scene, orders, count, parts = steady.scene, steady.orders, plan.count, _Pieces(steady, plan, mean)
     extents = np.array([extent_and_peak(steady.series(order))[0] for order in orders])
     least = np.array([steady.least(order) for order in orders])
-    moved = np.ptp(solved(count, np.full(len(orders), np.inf), contact)[0], axis=1)
+    moved = np.ptp(parts.solved(contact, count, np.full(len(orders), np.inf))[0], axis=1)
     own = np.maximum(moved, np.where(extents <= least, least, extents))
     if not own.all():
         return contact, plan
     scaled = np.where(extents <= least, least / own, 1.0)  # a steady motion that is still is no measure of the errors
-    plan, extents = replace(plan, errors=tuple((np.array(plan.errors) * scaled).tolist())), own
-    landing = LANDING_SHARE * tolerance * extents
-    frames, changed, left = solved(count, landing, contact)
+    plan = replace(plan, errors=tuple((np.array(plan.errors) * scaled).tolist()))
+    landing = LANDING_SHARE * tolerance * own
+    frames, changed, left = parts.solved(contact, count, landing)
     if (larger := contact.doubled()) is not None:
-        before = solved(count, landing, larger)[0]
-        moved = np.max(np.abs(before - frames), axis=1) / extents
+        before = parts.solved(larger, count, landing)[0]
+        moved = np.max(np.abs(before - frames), axis=1) / own
         while np.max(moved) > DISCRETE_SHARE * tolerance and (smaller := _smaller(contact, scene, plan)):
             longer = solution_nanoseconds(smaller) / solution_nanoseconds(contact)
             contact, before, plan = smaller, frames, replace(plan, work=longer * plan.work)
-            frames, changed, left = solved(count, landing, contact)
-            moved = np.max(np.abs(before - frames), axis=1) / extents
+            frames, changed, left = parts.solved(contact, count, landing)
+            moved = np.max(np.abs(before - frames), axis=1) / own
         plan = plan.with_errors(moved + _turning(contact, steady))  # in the pieces half of `moved` is left, or less
-    room = max(2.0, PATIENCE / (plan.work * scene.output.duration))
-    allowed = FOLD_SHARE * np.maximum(tolerance, plan.errors) * extents  # cells and columns may leave more
+    allowed = FOLD_SHARE * np.maximum(tolerance, plan.errors) * own  # cells and columns may leave more
     for _round in range(ROUNDS):
         excess = float(np.max(OVER_CHANGE * changed / allowed))
-        if excess <= 1.0 or 2 * count > room * plan.count:
+        if excess <= 1.0 or 2 * count > parts.room(plan) * plan.count:
             break
         count = math.ceil(count * min(max(excess ** (1.0 / FALL), 1.2), 4.0))
-        frames, changed, left = solved(count, landing, contact)
-    plan = plan.with_errors((np.maximum(left, landing) + OVER_CHANGE * changed) / extents)
+        _frames, changed, left = parts.solved(contact, count, landing)
+    plan = plan.with_errors((np.maximum(left, landing) + OVER_CHANGE * changed) / own)
     if excess > 1.0 and max(plan.errors) > STILL_SOLVED:
         return contact, None
-    work = plan.work * count / plan.count
-    left_of_landings, own_extents = (tuple(one.tolist()) for one in (landing, extents))
-    return contact, replace(plan, count=count, work=work, allowed=left_of_landings, finer=finer, extents=own_extents)
+    plan = replace(plan, count=count, work=plan.work * count / plan.count, finer=parts.finer)
+    return contact, replace(plan, allowed=tuple(landing.tolist()), extents=tuple(own.tolist()))
 
 
 def _smaller(contact: Any, scene: Scene, plan: FramePlan) -> Any:

@@ -24,6 +24,7 @@ from synth.motion.motion import LARGEST_LOAD
 from synth.motion.moved_skin import mover_of
 from synth.motion.recorded_motion import rendered_part
 from synth.motion.scan_motion import ScanMotion
+from synth.plan.area_cells import beside_cells
 from synth.plan.channels import NEARLY, ChannelPlan, extent_and_peak
 from synth.plan.contact_choice import contact_in_cells, shape_in_cells
 from synth.plan.direct_plan import beyond_table, direct_plan, follows_path
@@ -33,7 +34,6 @@ from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out
 from synth.plan.frame_plan import FramePlan, plan_frames
 from synth.plan.motion_peak import differs_from_cruise
 from synth.plan.own_motion import has_approach, own_motion
-from synth.plan.path_frames import beside_cells
 from synth.plan.preparation import Preparation
 from synth.plan.process_start import begun
 from synth.plan.request import N_MAX, Request, harmonics_in_band

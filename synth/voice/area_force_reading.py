@@ -20,14 +20,14 @@ import numpy as np
 from synth.arrays import Array, Block
 from synth.contact.area_forces import ForceOverArea
 from synth.motion.scan_motion import ScanMotion
+from synth.plan.area_cells import BEGINS, SECONDS, SHORT, UNSEEN, cells_along_path
 from synth.plan.direct_plan import PATH_SLOPE
-from synth.plan.frame_plan import FramePlan
+from synth.plan.frame_plan import FramePlan, counted, solution_nanoseconds, stride_of
 from synth.plan.own_motion import pressed
-from synth.plan.path_frames import BEGINS, SECONDS, SHORT, UNSEEN, cells_along_path, force_frames
 from synth.plan.preparation import Preparation
-from synth.plan.request import HAND_SPEEDS
+from synth.plan.request import HAND_SPEEDS, Request
 from synth.plan.scene_table import band_of, bounds_for
-from synth.plan.swing import Swing, changed_by, folded_errors, turning_errors
+from synth.plan.swing import MORE_FOLDS, Swing, changed_by, folded_errors, relative, turning_errors
 from synth.response.demand import Complex, curves, harmonics_of, points_for
 from synth.sampling.band_filter import SOLUTIONS
 from synth.sampling.chunks import Chunks, Solve
@@ -36,6 +36,9 @@ from synth.sampling.frame_solver import FrameSolver
 from synth.scene.output_section import BAND
 from synth.voice.table_reading import HandReader, ScanReader
 
+FOLDED_SHARE = 0.3  # part of the tolerance for the folded error
+CELLS_SHARE = 0.1  # of the error of the cells: folded errors need not be smaller than this part
+MOST_SOLUTIONS = 4e5  # per second: 40 s of processor time for each of sound
 READ_AS = "displacement"  # the filters of a force: it is read as it is, without a derivative
 
 
@@ -84,6 +87,30 @@ class MovingForce:
         series = harmonics_of(values, max(1, math.ceil(band * swing.seconds) - 1))
         mean, series[0] = float(series[0].real), 0.0
         return cls(force, frames, series, mean, error)
+
+
+def force_frames(
+    asked: Request, force: ForceOverArea, cells: float, tolerance: float, scale: float
+) -> FramePlan | None:
+    """Return how a force of a file is solved, by the folded error of a swing, or None as `plan_frames`.
+
+    cells: error of the force by its cells.
+    """
+    scene, frames = asked.scene, asked.scene.output.sample_rate / stride_of(scale)
+    load, fastest = max(scene.scan.load, scene.scan.lift_load), ScanMotion(scene).fastest()
+    band = scene.output.band_limit
+    count = max(1, math.ceil(SOLUTIONS * band / frames))
+    allowed, slope = max(FOLDED_SHARE * tolerance, CELLS_SHARE * cells), PATH_SLOPE if asked.over_area else 0.0
+    while True:
+        swing = Swing(count * frames, band, fastest, slope, SECONDS)
+        z = swing.heights(force, load, 0.5)
+        fine = swing.curves(z)
+        change = np.max(np.abs(fine[:, ::2] - swing.curves(z[::2])), axis=1)
+        folded = float(MORE_FOLDS * relative(change, np.ptp(fine, axis=1))[0])
+        if folded <= allowed or count * frames > MOST_SOLUTIONS:
+            break
+        count *= 2
+    return counted(scene, scale, count, (folded + cells,), solution_nanoseconds(force))
 
 
 def of_cells(force: ForceOverArea, load: float, highest: int) -> float:

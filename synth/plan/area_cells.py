@@ -1,21 +1,17 @@
-"""Choose the size of the cells, and the solutions per second, of a file along a path over an area.
+"""Choose the size of the cells over an area where the own motion of a file does not choose it.
 
 Stage   2 (PLAN).
-Model   A finger swings over the area as `swing.Swing` does, at the largest speed of the scan and at its load. The
-        solutions per second are doubled until the folded error of each quantity in the band, by the change when they
-        are halved, is FOLDED_SHARE of the tolerance. Where the finger turns, its error between two of the directions of
-        `area_path` is added.
-        Before that, the cells are halved until their remaining error, by the change when they are halved, is
-        DISCRETE_SHARE of the tolerance, or until smaller ones would take more than MOST_WORK. A live voice along a line
-        keeps the usual cells and reports their error, over an area and where they cannot be halved by the change from
-        cells twice as large.
+Model   For a simulation, a long surface and a force, a finger swings over the area as `swing.Swing` does, at the
+        largest speed of the scan and at its load. The cells are halved until their remaining error, by the change when
+        they are halved, is DISCRETE_SHARE of the tolerance, or until smaller ones would take more than MOST_WORK. A
+        live voice along a line keeps the usual cells and reports their error, over an area and where they cannot be
+        halved by the change from cells twice as large.
 Source  design, section 4.
 Limits  The swing is short, and along one line of the area.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import asdict, dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -26,11 +22,10 @@ from synth.arrays import Array
 from synth.kept_files import json_form
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.direct_plan import PATH_SLOPE
-from synth.plan.frame_plan import FramePlan, counted, solution_nanoseconds, stride_of
 from synth.plan.live_work import LEFT_OF_CHANGE
 from synth.plan.request import HAND_SPEEDS, Request
 from synth.plan.scene_table import entry_of
-from synth.plan.swing import MORE_FOLDS, Swing, changed_by, relative
+from synth.plan.swing import Swing, changed_by
 from synth.response.demand import Demand, harmonics_of, points_for
 from synth.response.discretisation import DISCRETE_SHARE, FIRST_ORDER, changes, remaining
 from synth.response.table_error import QUANTITIES
@@ -38,15 +33,12 @@ from synth.response_cache import ResponseCache
 from synth.sampling.band_filter import SOLUTIONS
 
 if TYPE_CHECKING:
-    from synth.contact.area_forces import ForceOverArea
+    pass
 
 SECONDS = 0.05  # of the swing: at 80 mm/s it covers 1.3 mm
 SHORT, BEGINS = 0.03, (0.1, 0.5, 0.8)  # length (s) and middle phases (turns) of the swings on which cells are judged
 UNSEEN = 2.0  # the error of cells along a path over that on the swings: in 28 random scenes it was up to 2.2
 MOST_WORK = 10_000  # per place, in cells of the exact solver: 0.6 ms; a second of sound then takes 10 s
-FOLDED_SHARE = 0.3  # part of the tolerance for the folded error
-CELLS_SHARE = 0.1  # of the error of the cells: folded errors need not be smaller than this part
-MOST_SOLUTIONS = 4e5  # per second: 40 s of processor time for each of sound
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,27 +112,3 @@ def cells_along_line(asked: Request, contact: Any, cache: ResponseCache) -> Arra
 def beside_cells(tolerance: float, cells: Array) -> float:
     """Return the part of `tolerance` for the other errors of a file; cells: as of `cells_along_path`."""
     return tolerance - min(float(np.max(cells)), DISCRETE_SHARE * tolerance)
-
-
-def force_frames(
-    asked: Request, force: ForceOverArea, cells: float, tolerance: float, scale: float
-) -> FramePlan | None:
-    """Return how a force of a file is solved, by the folded error of a swing, or None as `plan_frames`.
-
-    cells: error of the force by its cells.
-    """
-    scene, frames = asked.scene, asked.scene.output.sample_rate / stride_of(scale)
-    load, fastest = max(scene.scan.load, scene.scan.lift_load), ScanMotion(scene).fastest()
-    band = scene.output.band_limit
-    count = max(1, math.ceil(SOLUTIONS * band / frames))
-    allowed, slope = max(FOLDED_SHARE * tolerance, CELLS_SHARE * cells), PATH_SLOPE if asked.over_area else 0.0
-    while True:
-        swing = Swing(count * frames, band, fastest, slope, SECONDS)
-        z = swing.heights(force, load, 0.5)
-        fine = swing.curves(z)
-        change = np.max(np.abs(fine[:, ::2] - swing.curves(z[::2])), axis=1)
-        folded = float(MORE_FOLDS * relative(change, np.ptp(fine, axis=1))[0])
-        if folded <= allowed or count * frames > MOST_SOLUTIONS:
-            break
-        count *= 2
-    return counted(scene, scale, count, (folded + cells,), solution_nanoseconds(force))
