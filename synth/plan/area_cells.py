@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -31,9 +31,6 @@ from synth.response.discretisation import DISCRETE_SHARE, FIRST_ORDER, changes, 
 from synth.response.table_error import QUANTITIES
 from synth.response_cache import ResponseCache
 from synth.sampling.band_filter import SOLUTIONS
-
-if TYPE_CHECKING:
-    pass
 
 SECONDS = 0.05  # of the swing: at 80 mm/s it covers 1.3 mm
 SHORT, BEGINS = 0.03, (0.1, 0.5, 0.8)  # length (s) and middle phases (turns) of the swings on which cells are judged

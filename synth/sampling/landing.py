@@ -86,8 +86,11 @@ def solved_again(
 
 
 def pieces(scene: Scene) -> list[float]:
-    """Return the times (s) about which a recording is most demanding: its load changes most, in a landing and
-    elsewhere, it is fastest, or it is fast for a light load, under which few places touch."""
+    """Return the times (s) about which a motion is most demanding.
+
+    There its load changes most, in a landing and elsewhere, it is fastest, or it is fast for a light load, under which
+    few places touch. Under one load they are the fastest time and the middle.
+    """
     rate = min(LOOK_RATE, LOOKS / scene.output.duration)
     samples = ScanMotion(scene, rate).at(0, math.ceil(scene.output.duration * rate) + 1).samples
     load, reach = samples[LOAD], min(max(1, math.ceil(RISE * rate)), samples.shape[1] - 1)
@@ -97,6 +100,8 @@ def pieces(scene: Scene) -> list[float]:
         calm[first : last + 1] = False
     speed = np.abs(samples[SPEED]) * touching
     lightly = (speed + CREEPS * touching) / np.cbrt(np.maximum(load, scene.scan.lift_load))
+    if not changes.any():
+        return [int(np.argmax(speed)) / rate, 0.5 * scene.output.duration]
     return [int(np.argmax(one)) / rate for one in (changes, changes * calm, speed, lightly)]
 
 
