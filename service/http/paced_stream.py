@@ -85,7 +85,7 @@ class Reader:
             if self._bell.rung:  # during the render: the block must not be sent at full level
                 yield faded(block, stream.fade_frames)
                 return
-            self._count(block, stream, pacer.late(time.perf_counter()), pacer.take_skipped(own=True))
+            self._count(block, stream, pacer.own_late(time.perf_counter()), pacer.take_skipped(own=True))
             sent += count
             pacer.advance(sent)
             pacer.writing(time.perf_counter())

@@ -58,10 +58,12 @@ class ConnectionWriter:
             self._outbox.append(message)
 
     def close(self, closing: Close) -> None:
-        """Close after the last messages. An end that cannot wait for the client cancels the pending write."""
+        """Close after the last messages. An end that cannot wait for the client buffers the pending write."""
         self.closing = closing
         if closing.at_once and self._conversation.blocks.pace.in_write:
-            self.stop()
+            self._wire.unblock()
+            if not self._wire.can_send():
+                self.stop()
 
     def wake(self) -> None:
         """Wake the writer."""

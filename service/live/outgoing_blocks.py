@@ -79,10 +79,11 @@ class OutgoingBlocks:
             *stream.before_limiter(self.position, frames),
             pcm,
         ]
-        if skipped := self.pace.take_skipped():
+        skipped, own = self.pace.skipped, self.pace.take_skipped(own=True)
+        if skipped:
             messages.insert(0, server_messages.skipped(self.position, skipped))
         self.position += frames
-        self._metrics.block_sent("live", frames, now - self.pace.due if stream.realtime else None, skipped)
+        self._metrics.block_sent("live", frames, self.pace.own_late(now) if stream.realtime else None, own)
         if stream.realtime:
             self.pace.advance(self.position)
         else:

@@ -2,7 +2,7 @@
 
 Model: the block at frame n is due at start + (n - first) / rate - lead. The time is absolute, so errors of sleeps do
     not add up (relative sleeps drift by 2-5 %). The time that writes wait is caused by the reader. If that is more than
-    half of the lateness, the reader is slow from half of `slow_reader` on, and too slow beyond `slow_reader`. While a
+    half of the lateness, the reader is slow once it exceeds half of `slow_reader`, and too slow beyond that. While a
     write waits, `behind` is called often; at most LOOK_SECONDS between two calls count as caused by the reader, since a
     longer interval shows that the service itself is late.
     Live streams share one `BlockTimer`: a timer and a task per block would cost more than the block.
@@ -72,6 +72,15 @@ class Pacer:
         """Return by how many seconds a block sent now is late. While the lead is being filled, no block is late."""
         return now - max(self._start, self.due)
 
+    def own_late(self, now: float) -> float:
+        """Return by how many seconds a block sent now is late because of the service, not of the reader."""
+        return self.late(now) - self._caused
+
+    @property
+    def _caused(self) -> float:
+        """Seconds that writes have waited for the reader since the stream was last on time."""
+        return self._blocked + (self._waited if self.in_write else 0.0)
+
     def take_skipped(self, *, own: bool = False) -> float:
         """Return `skipped` and reset it. own: without the part that the reader caused."""
         skipped = max(0.0, self._skipped - self._skipped_waiting) if own else self._skipped
@@ -100,11 +109,11 @@ class Pacer:
         slow = math.inf if self._slow_reader is None else self._slow_reader
         if late <= min(slow / 2, FORGIVEN_SECONDS):
             return Behind.FINE
-        waited = self._blocked + (self._waited if self.in_write else 0.0)
+        waited = self._caused
         if waited > late / 2 and self._slow_reader is not None:
-            if late <= slow / 2:
+            if min(waited, late) <= slow / 2:
                 return Behind.FINE
-            return Behind.TOO_SLOW if late > slow else Behind.SLOW
+            return Behind.TOO_SLOW if min(waited, late) > slow else Behind.SLOW
         if late > FORGIVEN_SECONDS:
             self._start += late
             self.due = now - self._lead

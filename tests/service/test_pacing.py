@@ -47,6 +47,20 @@ def test_time_that_the_service_lost_is_skipped_and_time_that_its_reader_took_is_
     assert skipped(26880, 13.0) == pytest.approx(2.98) and pacer.due == pytest.approx(12.75)
 
 
+def test_what_the_service_was_late_is_not_what_the_reader_took() -> None:
+    pacer, now = Pacer(1000, 0.0, slow_reader=1.0), 0.48
+    pacer.advance(0)
+    assert pacer.own_late(now) == pytest.approx(0.48)
+    pacer.writing(now)
+    found = {}
+    for step in range(1, 25):
+        found[step] = pacer.behind(now + 0.05 * step)
+    assert found[9] is Behind.FINE and found[11] is Behind.SLOW, "half of the bound has been waited for"
+    assert found[19] is Behind.SLOW and found[21] is Behind.TOO_SLOW
+    pacer.written(now + 1.2)
+    assert pacer.own_late(now + 1.2) == pytest.approx(0.48)
+
+
 def test_a_bell_ends_a_sleep_and_every_later_one() -> None:
     async def scenario() -> float:
         bell = Bell()
