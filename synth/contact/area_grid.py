@@ -44,7 +44,9 @@ OUTSIDE = 1e9  # rim of such a cell: no finger is as large
 BESIDE = 4  # columns of heights on each side of the finger, for the interpolation of its shifted rows
 GOLDEN = 0.618033988749895  # shift of each row against the one before, cells
 FARTHEST = 600.0  # cells per rad, largest `arms`: with more, a turn by 0.01 rad would leave the stored texture
-CELLS_A_CELL = 30  # cells within A0 that cost as much as a cell of the exact solver; cells beyond A0 hardly touch
+CELLS_A_CELL = (
+    30  # cells within A0 that cost as much as a cell of the exact solver; those beyond hardly touch; a probe has fewer
+)
 
 
 class FingerRows:
@@ -146,7 +148,7 @@ class AreaGrid:
     @property
     def cells(self) -> int:
         """Work per place, in cells of the exact solver."""
-        return math.ceil(1.0 / (self.cell * CELLS_A_CELL))
+        return math.ceil(min(1.0 / self.cell, WIDE * len(self.tops)) / CELLS_A_CELL)
 
     @property
     def shares(self) -> Array:

@@ -34,7 +34,7 @@ from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.frame_plan import FALL, PATIENCE, STILL_SOLVED, FramePlan, solution_nanoseconds
 from synth.plan.motion_peak import NEAR_MARGIN, differs_from_cruise, peaks_along
 from synth.plan.request import harmonics_in_band
-from synth.plan.swing import Swing, turning_errors
+from synth.plan.swing import Swing, turning_changes
 from synth.response.discretisation import DISCRETE_SHARE
 from synth.response.mean_approach import Mean, enough_places, heights_of_mean, mean_curve, mean_over_area
 from synth.response.series_curve import SeriesCurve
@@ -135,6 +135,13 @@ class _Pieces:
         frames, folded, left = zip(*(solver.folded(number, orders) for number in numbers), strict=True)
         return np.concatenate(frames, axis=1), np.max(folded, axis=0), np.max(left, axis=0)
 
+    def changes(self, before: Array, frames: Array) -> Array:
+        """Return the largest changes (SI) of the frames; that of the mean counts where the approach is asked."""
+        change = frames - before
+        if not has_approach(self._steady.scene):
+            change -= np.mean(change, axis=1, keepdims=True)
+        return np.asarray(np.max(np.abs(change), axis=1))
+
 
 def with_pieces(
     steady: SteadyScan, plan: FramePlan, contact: Any, mean: Mean, tolerance: float
@@ -159,14 +166,14 @@ def with_pieces(
     landing = LANDING_SHARE * tolerance * own
     frames, changed, left = parts.solved(contact, count, landing)
     if (larger := contact.doubled()) is not None:
-        before = parts.solved(larger, count, landing)[0]
-        moved = np.max(np.abs(before - frames), axis=1) / own
-        while np.max(moved) > DISCRETE_SHARE * tolerance and (smaller := _smaller(contact, scene, plan)):
+        moved = parts.changes(parts.solved(larger, count, landing)[0], frames)
+        while np.max(moved / own) > DISCRETE_SHARE * tolerance and (smaller := _smaller(contact, scene, plan)):
             longer = solution_nanoseconds(smaller) / solution_nanoseconds(contact)
             contact, before, plan = smaller, frames, replace(plan, work=longer * plan.work)
             frames, changed, left = parts.solved(contact, count, landing)
-            moved = np.max(np.abs(before - frames), axis=1) / own
-        plan = plan.with_errors(moved + _turning(contact, steady))  # in the pieces half of `moved` is left, or less
+            moved = parts.changes(before, frames)
+        moved = moved + _turning(contact, steady)
+        plan = plan.with_errors(moved / own)  # in the pieces half of it is left, or less
     allowed = FOLD_SHARE * np.maximum(tolerance, plan.errors) * own  # cells and columns may leave more
     for _round in range(ROUNDS):
         excess = float(np.max(OVER_CHANGE * changed / allowed))
@@ -193,12 +200,12 @@ def _smaller(contact: Any, scene: Scene, plan: FramePlan) -> Any:
 
 
 def _turning(contact: Any, steady: SteadyScan) -> Array:
-    """Return the error of each order of a finger that turns, from a swing between two directions of its cells."""
+    """Return the error (SI) of each order of a finger that turns, from a swing between two directions of its cells."""
     scene, band = steady.scene, steady.scene.output.band_limit
     if not scene.scan.turns or contact.of_any_direction:
         return np.zeros(len(steady.orders))
     swing = Swing(SOLUTIONS * band, band, ScanMotion(scene).fastest(), PATH_SLOPE, SECONDS)
-    return turning_errors(contact, contact, swing, pressed(scene))[list(steady.orders)]
+    return turning_changes(contact, contact, swing, pressed(scene))[0][list(steady.orders)]
 
 
 def own_mean(asked: SteadyScan, contact: Any, tolerance: float) -> Mean:

@@ -110,7 +110,12 @@ def changes_to(better: Any, contacts: Any, swing: Swing, load: float, begins: tu
 
 
 def turning_errors(contact: Any, fine: Any, swing: Swing, load: float) -> Array:
-    """Return the error of each quantity for a finger between two directions, relative to its peak-to-peak.
+    """Return what `turning_changes` does, relative to the peak-to-peak of each quantity."""
+    return relative(*turning_changes(contact, fine, swing, load))
+
+
+def turning_changes(contact: Any, fine: Any, swing: Swing, load: float) -> tuple[Array, Array]:
+    """Return the error of each quantity for a finger between two directions, and its peak-to-peak, SI.
 
     The finger has the angle at which the overlap of two directions of `area_path` begins.
 
@@ -121,7 +126,7 @@ def turning_errors(contact: Any, fine: Any, swing: Swing, load: float) -> Array:
     angle = 0.5 * (1.0 - OVERLAP) * TURN_STEP
     between = swing.curves(swing.heights(contact, load, 0.5, angle))
     exact = swing.curves(swing.heights(turned(fine, angle), load, 0.5))
-    return relative(np.max(np.abs(between - exact), axis=1), np.ptp(exact, axis=1))
+    return np.max(np.abs(between - exact), axis=1), np.ptp(exact, axis=1)
 
 
 def relative(change: Array, extent: Array) -> Array:

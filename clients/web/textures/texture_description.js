@@ -1,6 +1,7 @@
 /* What the page says of the chosen texture. */
 
 import { make } from "../dom.js";
+import { orTell } from "../page/notice.js";
 import { call, callBinary } from "../service.js";
 
 /** What the page shows of the chosen texture: a picture, a sentence, and its numbers when opened. */
@@ -61,8 +62,8 @@ export class TextureDescription {
   }
 
   async #ownOf(entry) {
-    const { OwnTexture } = await import("./own_texture.js");
-    return new OwnTexture(entry, this.own).element;
+    const loaded = await orTell(import("./own_texture.js"));
+    return loaded ? new loaded.OwnTexture(entry, this.own).element : "Part of the page did not load. Open this again.";
   }
 }
 
