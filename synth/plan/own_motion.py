@@ -78,7 +78,8 @@ def own_motion(
         return contact, None, frames, peaks, ""
     left = min(frames.errors, default=0.0) if frames and not still else 0.0  # by cells: the mean need not be nearer
     mean = own_mean(asked, contact, max(tolerance, left))
-    if frames is not None and (asked.over_area or (scene.scan.trajectory is not None and asked.load_varies)):
+    in_pieces = asked.over_area or (scene.scan.trajectory is not None and asked.load_varies)
+    if frames is not None and in_pieces:
         usual = contact
         contact, frames = with_pieces(asked, frames, usual, mean, tolerance)
         if contact is not usual and 0 in asked.orders:  # a displacement keeps what the mean errs
@@ -91,7 +92,7 @@ def own_motion(
     height, band = contact.geometry.height_scale, 2.0 * math.pi * scene.output.band_limit
     rounding = [FLOOR * height * band ** max(order, 0) for order in known]
     peaks = {order: peak * (peak > least) for order, peak, least in zip(known, found.tolist(), rounding, strict=True)}
-    if frames is not None and not asked.load_varies:
+    if frames is not None and not in_pieces:
         frames = _beside_own_peaks(asked, frames, peaks)
     return contact, mean, frames, peaks, warning
 

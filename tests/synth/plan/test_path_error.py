@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from synth.arrays import Array
+from synth.plan import own_motion
 from synth.plan.prepare import prepare
 from synth.response.table_error import QUANTITIES
 from synth.response_cache import ResponseCache
 from synth.sampling.frame_solver import FrameSolver
 from synth.scene.scene import parse_scene
-from tests.few import few
 
-COMB = {"contact_length": "1.5 mm"}
+COMB = {"contact_length": "1 mm"}
 TIP = {"kind": "fingertip", "contact_length": "2 mm"}
 SECONDS = 0.2
 
@@ -52,22 +52,26 @@ def rough() -> list[list[float]]:
 
 MAP = {"kind": "heightmap", "spacing": "0.1 mm", "rows": rough()}
 DOTS = {"kind": "dots"}
+FLAT = {"contact_length": "1 mm", "stiffness": 3000.0}  # two ridges on one period: the steady scan is still
+LOW = {"kind": "dots", "period": "1 mm", "row_distance": "1 mm", "dot_height": "20 um", "dot_diameter": "0.6 mm"}
 CASES: dict[str, tuple[dict[str, Any], dict[str, Any], list[list[float]]]] = {
     "a comb that turns on dots": (COMB, DOTS, around(0.1, 0.03, 0.3)),
     "a fingertip that turns on dots": (TIP, DOTS, around(0.15, 0.05, 0.3)),
     "a comb on a map at one load": (COMB, MAP, along(0.0)),
     "a fingertip on a map": (TIP, MAP, around(0.15, 0.05, 0.0)),
     "a comb at one load on dots": (COMB, DOTS, along(0.5)),
+    "a comb in full contact that turns at one load": (FLAT, LOW, along(1.0)),
 }
 
 
-@pytest.mark.parametrize("case", few(list(CASES), 3))
-def test_a_file_along_a_path_tells_its_error(case: str) -> None:
+@pytest.mark.parametrize("case", CASES)
+def test_a_file_along_a_path_tells_its_error(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(own_motion, "MOST_WORK", 400)  # the smallest cells take a minute
     finger, texture, points = CASES[case]
     output = {"duration": SECONDS, "sample_rate": 8000, "bandwidth": 500, "channels": list(QUANTITIES), "fade": 0}
     scene = parse_scene({
         **{"finger": finger, "texture": texture, "scan": {"trajectory": points}, "output": output},
-        "accuracy": {"tolerance": 0.02},
+        "accuracy": {"tolerance": 0.03},
     })  # fmt: skip
     solved = prepare(scene, ResponseCache())
     assert solved.frames is not None and solved.mean is not None and solved.contact is not None
