@@ -12,8 +12,7 @@ import("./page/main.js")
   .catch((problem) => {
     loading.setAttribute("role", "alert");
     tell(NOT_LOADED);
-    const asked = problem.problem?.status === 401;
-    if (asked)
+    if (problem.problem?.status === 401)
       import("./page/key_form.js").then(
         ({ askForKey }) => askForKey(),
         () => tell(NOT_LOADED),

@@ -153,6 +153,7 @@ def with_pieces(
 
     steady: a file along a path, or a recording whose load varies, at its own speed and load.
     contact: on the whole surface.
+    plan: with the fewest solutions, and no error yet.
     mean: mean of z over a period, as for `FrameSolver`.
     """
     scene, orders, count, parts = steady.scene, steady.orders, plan.count, _Pieces(steady, plan, mean)
@@ -162,8 +163,6 @@ def with_pieces(
     own = np.maximum(moved, np.where(extents <= least, least, extents))
     if not own.all():
         return contact, plan
-    scaled = np.where(extents <= least, least / own, 1.0)  # a steady motion that is still is no measure of the errors
-    plan = replace(plan, errors=tuple((np.array(plan.errors) * scaled).tolist()))
     landing = LANDING_SHARE * tolerance * own
     frames, changed, left = parts.solved(contact, count, landing)
     if (larger := contact.doubled()) is not None:
@@ -173,8 +172,8 @@ def with_pieces(
             contact, before, plan = smaller, frames, replace(plan, work=longer * plan.work)
             frames, changed, left = parts.solved(contact, count, landing)
             moved = parts.changes(before, frames)
-        moved = moved + _turning(contact, steady)
         plan = plan.with_errors(moved / own)  # in the pieces half of it is left, or less
+    plan = plan.with_errors(_turning(contact, steady) / own)
     allowed = FOLD_SHARE * np.maximum(tolerance, plan.errors) * own  # cells and columns may leave more
     for _round in range(ROUNDS):
         excess = float(np.max(OVER_CHANGE * changed / allowed))
