@@ -32,7 +32,7 @@ from synth.motion.motion import LOAD
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.channels import ChannelPlan
 from synth.plan.frame_plan import FALL, FEWEST, FramePlan, stride_of
-from synth.plan.own_motion import own_mean
+from synth.plan.mean_choice import own_mean
 from synth.plan.preparation import Preparation
 from synth.response.demand import Demand
 from synth.response.discretisation import fine_enough

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -70,6 +70,11 @@ class FramePlan:
     def landings(self, orders: tuple[int, ...]) -> dict[int, float]:
         """Return the largest error (SI) that a landing leaves, by order; orders: of the request."""
         return dict(zip(orders, self.allowed, strict=False))
+
+    @property
+    def steps(self) -> tuple[Any, ...]:
+        """What decides the frames."""
+        return self.count, self.stride, self.scale, self.allowed, self.finer
 
     def with_errors(self, more: Array) -> FramePlan:
         """Return the plan with `more` added to its errors [orders]."""

@@ -19,7 +19,7 @@ Limits  With OVERSAMPLING solutions per frame, the folded error is about 1 % of 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,6 +37,7 @@ from synth.response.mean_approach import Mean
 from synth.response.phases import phase_step
 from synth.response.series_curve import SeriesCurve
 from synth.response.spectrum import solve_spectrum
+from synth.response_cache import PARTS
 from synth.sampling.frame_solver import MARGIN, WITH_MEAN, FrameSolver, Heights
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
@@ -46,6 +47,7 @@ TOLERANCE = 1e-2  # tolerance of the series for the estimates
 PATIENCE = 4.0  # s of predicted work, which delays the opening of a recording; with less, louder parts may be missed
 OF_COLUMNS = 0.4  # part of its predicted time that a solution on columns takes (8 to 10 ns a node, 32 predicted)
 LIVE = 0.5  # part of PATIENCE for a voice with deadlines, whose first sound somebody waits for
+KEPT = 32 << 20  # bytes: the frames of a file that were all solved are kept for the voice that renders them
 FEW_PERIODS = 5  # texture periods: a shorter stroke may not pass its loudest place
 QUICK_TURN = 0.02  # s: a shorter turn of a stroke may be louder than its cruise
 LOUD_LOADS = 7  # number of loads, from the smallest to the largest, at which Y_k is solved
@@ -73,27 +75,43 @@ def peaks_along(
     read: z (m) at places (turns) and loads (N), where the frames are read from a series, not solved.
     plan: of the file; None for a voice with deadlines.
     """
-    scene, whole = asked.scene, asked.live
+    scene, whole, rate = asked.scene, asked.live, asked.scene.output.sample_rate
     count = OVERSAMPLING if plan is None else plan.count
     part = 1.0 if contact.of_one_line or contact.geometry.over_area else OF_COLUMNS
     solution = 1e-9 * ((part * solution_nanoseconds(contact) if read is None else CURVE_READ) + FRAME_SETUP)
-    rate, length, warning = scene.output.sample_rate, _rendered(scene, whole), ""
+    length, warning = _rendered(scene, whole), ""
     landings = {} if plan is None else plan.landings(asked.orders)
     finer = 1 if plan is None else plan.finer
     frames, patience = max(1, round(length * rate)), PATIENCE * (LIVE if whole else 1.0)
     search = _Search(read or contact.heights, scene, mean, orders, frames, whole, landings, finer)
     solver = search.solver(count)
     chunks, most = search.chunks(solver), max(1, math.floor(patience / (solver.solutions * solution)))
-    if len(chunks) > most:  # short parts with short margins: more of them are looked at in the same time
-        solver = search.solver(count, longest=0, margin=NEAR_MARGIN)
-        chunks, most = search.chunks(solver), max(1, math.floor(patience / (solver.solutions * solution)))
+    if len(chunks) <= most:
+        found, peaks = search.searched(solver, chunks, keep=plan is not None and 8 * len(orders) * frames <= KEPT)
+        if found is not None and plan is not None:
+            PARTS.get(frames_key(asked, contact, plan), lambda: found)
+        return peaks, ""
+    # short parts with short margins: more of them are looked at in the same time
+    solver = search.solver(count, longest=0, margin=NEAR_MARGIN)
+    chunks, most = search.chunks(solver), max(1, math.floor(patience / (solver.solutions * solution)))
     if len(chunks) > most:
         warning = (
             f"The full scale follows the {most} parts of {solver.chunk / rate:.3g} s of the scan that are likely to be "
             f"the loudest, of {len(chunks)}. A louder one may have been missed."
         )
         chunks = _loud_chunks(series or contact, scene, orders, length, solver.chunk / rate, most, whole=whole)
-    return np.max([np.max(search.values(solver, chunk), axis=1) for chunk in chunks], axis=0), warning
+    return search.searched(solver, chunks)[1], warning
+
+
+def searched_orders(asked: Request) -> tuple[int, ...]:
+    """Return the orders whose peaks along the motion are searched: those of the channels, and the displacement."""
+    approach = any(one.quantity == "approach" for one in asked.scene.output.channel_list)
+    return tuple(sorted({0, *asked.orders, *({WITH_MEAN} if approach else ())}))
+
+
+def frames_key(asked: Request, contact: Contact, plan: FramePlan) -> Hashable:
+    """Return the key in PARTS of all frames of a file, SI [`searched_orders`, frames], which the search has solved."""
+    return "frames", asked.scene, contact.key, plan.steps
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,11 +144,20 @@ class _Search:
         """Return the numbers of all chunks of `solver`."""
         return list(range(math.ceil(self.frames / solver.chunk)))
 
-    def values(self, solver: FrameSolver, chunk: int) -> Array:
-        """Return the magnitudes of the frames of a chunk, of a file under its fades [orders, frames]."""
-        first = chunk * solver.chunk
-        values = np.abs(solver.solved(chunk, self.orders)[:, : self.frames - first])
-        return values if self.whole else values * _fades(self.scene, first, values.shape[1])
+    def searched(self, solver: FrameSolver, chunks: list[int], *, keep: bool = False) -> tuple[Array | None, Array]:
+        """Return the frames of some chunks, SI [orders, frames], if they are to be kept, and the largest magnitudes.
+
+        Those of a file are under its fades.
+        """
+        kept, peaks = [], np.zeros(len(self.orders))
+        for chunk in chunks:
+            first, found = chunk * solver.chunk, solver.solved(chunk, self.orders)
+            values = np.abs(found[:, : self.frames - first])
+            if not self.whole:
+                values *= _fades(self.scene, first, values.shape[1])
+            peaks = np.maximum(peaks, np.max(values, axis=1))
+            kept += [found] * keep
+        return np.concatenate(kept, axis=1) if kept else None, peaks
 
 
 def steady_peak(reader: SeriesCurve, level: float, scene: Scene) -> float:

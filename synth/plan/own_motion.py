@@ -26,39 +26,33 @@ from synth.contact.load_balance import Contact
 from synth.effects.effect import Kind
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.area_cells import MOST_WORK, SECONDS
-from synth.plan.channels import APPROACH, SteadyScan, extent_and_peak
-from synth.plan.direct_plan import AREA_MEAN_TOLERANCE, MEAN_TOLERANCE, PATH_SLOPE
-from synth.plan.direct_plan import MEANS as AREA_MEANS
-from synth.plan.direct_plan import PLACES as PLACES_OF_MEAN
+from synth.plan.channels import SteadyScan, extent_and_peak
+from synth.plan.direct_plan import PATH_SLOPE
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.frame_plan import FALL, PATIENCE, STILL_SOLVED, FramePlan, solution_nanoseconds
-from synth.plan.motion_peak import NEAR_MARGIN, differs_from_cruise, peaks_along
+from synth.plan.mean_choice import SHARE, MeanChoice, has_approach, pressed
+from synth.plan.motion_peak import NEAR_MARGIN, differs_from_cruise, peaks_along, searched_orders
 from synth.plan.request import harmonics_in_band
 from synth.plan.swing import Swing, turning_changes
 from synth.response.discretisation import DISCRETE_SHARE
-from synth.response.mean_approach import Mean, enough_places, heights_of_mean, mean_curve, mean_over_area
+from synth.response.mean_approach import Mean, SolvedMean
 from synth.response.series_curve import SeriesCurve
 from synth.response.series_error import FLOOR
 from synth.sampling.band_filter import SOLUTIONS
-from synth.sampling.frame_solver import WITH_MEAN, FrameSolver
+from synth.sampling.frame_solver import FrameSolver
 from synth.sampling.landing import MOST_FINER, pieces
 from synth.scene.scene import Scene
 
-MEAN_SHARE = 50.0  # times the tolerance: the costly mean on a line over an area, whose error is then a twentieth of it
-PLACES_SHARE = 0.1, 0.01, 0.01  # of the tolerance: for the mean over places, by the highest order
-LIGHTER = 0.1  # part of the load: one that is lighter lands or lifts, and the number of places is judged at it
-OF_ORDER = 30.0, 5.0, 1.0  # times the tolerance that the mean keeps, by the highest order: it errs by 1e-3 of that
-OF_ACCELERATION = 0.03  # least part of the tolerance that the mean keeps for it: a load may pass its knots quickly
-OF_BAND = 50.0  # that part, over the mean square of the frequencies of acceleration in bands: a knot reaches the band
 FOLD_SHARE, LANDING_SHARE = 0.4, 0.15  # of the tolerance: for the folded error of pieces, and for what landings leave
 ROUNDS = 8  # most increases of the number of steps
 OVER_CHANGE = 2.0  # error over the change by twice as many steps: up to 1.34 in a piece (`landing`), more beside it
+MOST_CHUNKS = 32  # of a motion along which the mean is judged, besides those of its pieces
 PLACES = 512  # places of a long surface at which the peaks of displacement and approach are computed
 
 
 def own_motion(
     asked: SteadyScan, series: Contact, contact: Contact, tolerance: float, frames: FramePlan | None
-) -> tuple[Any, Mean | None, FramePlan | None, dict[int, float], str]:
+) -> tuple[Any, SolvedMean | None, FramePlan | None, dict[int, float], str]:
     """Return the contact, the mean of z, the plan of the frames, the peak of each order, and a warning or "".
 
     If the scan's own speed and load determine the peaks, the mean is None and only a long surface has peaks.
@@ -77,16 +71,14 @@ def own_motion(
     if asked.by_hand or not asked.moving or not (approach or long or differs):
         return contact, None, frames, peaks, ""
     left = min(frames.errors, default=0.0) if frames and not still else 0.0  # by cells: the mean need not be nearer
-    mean = own_mean(asked, contact, max(tolerance, left))
+    choice = MeanChoice.of(asked, contact, max(tolerance, left))
+    mean = choice.solved()
     in_pieces = asked.over_area or (scene.scan.trajectory is not None and asked.load_varies)
     if frames is not None and in_pieces:
-        usual = contact
-        contact, frames = with_pieces(asked, frames, usual, mean, tolerance)
-        if contact is not usual and 0 in asked.orders:  # a displacement keeps what the mean errs
-            mean = own_mean(asked, contact, max(tolerance, left))
+        contact, mean, frames = with_pieces(asked, frames, contact, choice, mean, tolerance)
     if all(channel.full_scale for channel in listed) or not (approach or differs):
         return contact, mean, frames, peaks, ""
-    known = tuple(sorted({0, *asked.orders, *({WITH_MEAN} if approach else ())}))
+    known = searched_orders(asked)
     read = SeriesCurve(asked.spectrum.harmonics).heights if asked.reads_series and not asked.live else None
     found, warning = peaks_along(contact, asked, mean, known, series, read, frames)
     height, band = contact.geometry.height_scale, 2.0 * math.pi * scene.output.band_limit
@@ -110,10 +102,11 @@ def _beside_own_peaks(steady: SteadyScan, frames: FramePlan, peaks: Mapping[int,
 class _Pieces:
     """The pieces of a motion on which its plan is judged. What is solved is kept for the next call.
 
-    steady, plan, mean: of `with_pieces`.
+    steady, plan: of `with_pieces`.
+    mean: mean of z over a period, as for `FrameSolver`.
     """
 
-    def __init__(self, steady: SteadyScan, plan: FramePlan, mean: Mean) -> None:
+    def __init__(self, steady: SteadyScan, plan: FramePlan, mean: SolvedMean) -> None:
         self._steady, self._plan, self._mean = steady, plan, mean
         self._places = pieces(steady.scene)
         self._known: dict[Hashable, dict[int, Array]] = {}
@@ -136,6 +129,32 @@ class _Pieces:
         frames, folded, left = zip(*(solver.folded(number, orders) for number in numbers), strict=True)
         return np.concatenate(frames, axis=1), np.max(folded, axis=0), np.max(left, axis=0)
 
+    def use(self, mean: SolvedMean) -> None:
+        """Subtract another mean from now on."""
+        self._mean = mean
+        self._known.clear()
+
+    def of_mean(self, mean: SolvedMean) -> Array:
+        """Return the errors of each order (SI) along the motion by the loads and by the places of a mean [2, orders].
+
+        They are the changes from fewer. Along a long motion, parts of it are judged.
+        """
+        scene, orders, rate = self._steady.scene, self._steady.orders, self._steady.scene.output.sample_rate
+        found = []
+        for other in mean.coarser():
+
+            def change(roots: Array, other: Mean = other) -> Array:
+                return other(roots) - mean(roots)
+
+            plan = self._plan
+            solver = FrameSolver(_none, scene, change, rate, count=plan.count, stride=plan.stride, scale=plan.scale)
+            last = max(0, math.ceil(scene.output.duration * rate / solver.chunk) - 1)
+            numbers = {round(one) for one in np.linspace(0, last, min(last + 1, MOST_CHUNKS))}
+            numbers |= {math.floor(place * rate / solver.chunk) for place in self._places}
+            frames = np.concatenate([solver.solved(number, orders) for number in sorted(numbers)], axis=1)
+            found.append(np.max(np.abs(frames), axis=1))
+        return np.array(found)
+
     def changes(self, before: Array, frames: Array) -> Array:
         """Return the largest changes (SI) of the frames; that of the mean counts where the approach is asked."""
         change = frames - before
@@ -144,17 +163,22 @@ class _Pieces:
         return np.asarray(np.max(np.abs(change), axis=1))
 
 
+def _none(phases: Array, _loads: Array, _path: Array | None = None) -> Array:
+    """Return 0 for z at each place."""
+    return np.zeros(len(phases))
+
+
 def with_pieces(
-    steady: SteadyScan, plan: FramePlan, contact: Any, mean: Mean, tolerance: float
-) -> tuple[Any, FramePlan | None]:
-    """Return `contact` in the cells, and `plan` with the solutions and the error, that pieces of the motion require.
+    steady: SteadyScan, plan: FramePlan, contact: Any, choice: MeanChoice, mean: SolvedMean, tolerance: float
+) -> tuple[Any, SolvedMean, FramePlan | None]:
+    """Return the contact in the cells, the mean, and the plan with its error, that pieces of the motion require.
 
     The plan is None where a table errs less in that time.
 
     steady: a file along a path, or a recording whose load varies, at its own speed and load.
     contact: on the whole surface.
     plan: with the fewest solutions, and no error yet.
-    mean: mean of z over a period, as for `FrameSolver`.
+    choice, mean: of the mean of z over a period, to begin with.
     """
     scene, orders, count, parts = steady.scene, steady.orders, plan.count, _Pieces(steady, plan, mean)
     extents = np.array([extent_and_peak(steady.series(order))[0] for order in orders])
@@ -162,8 +186,10 @@ def with_pieces(
     moved = np.ptp(parts.solved(contact, count, np.full(len(orders), np.inf))[0], axis=1)
     own = np.maximum(moved, np.where(extents <= least, least, extents))
     if not own.all():
-        return contact, plan
-    landing = LANDING_SHARE * tolerance * own
+        return contact, mean, plan
+    choice, mean = choice.closer(mean, parts.of_mean, SHARE * tolerance * own)
+    parts.use(mean)
+    usual, landing = contact, LANDING_SHARE * tolerance * own
     frames, changed, left = parts.solved(contact, count, landing)
     if (larger := contact.doubled()) is not None:
         moved = parts.changes(parts.solved(larger, count, landing)[0], frames)
@@ -173,7 +199,9 @@ def with_pieces(
             frames, changed, left = parts.solved(contact, count, landing)
             moved = parts.changes(before, frames)
         plan = plan.with_errors(moved / own)  # in the pieces half of it is left, or less
-    plan = plan.with_errors(_turning(contact, steady) / own)
+        if contact is not usual and 0 in orders:  # a displacement keeps what the mean errs
+            mean = choice.on(contact, tolerance).solved()
+    plan = plan.with_errors((_turning(contact, steady) + np.sum(parts.of_mean(mean), axis=0)) / own)
     allowed = FOLD_SHARE * np.maximum(tolerance, plan.errors) * own  # cells and columns may leave more
     for _round in range(ROUNDS):
         excess = float(np.max(OVER_CHANGE * changed / allowed))
@@ -183,9 +211,9 @@ def with_pieces(
         _frames, changed, left = parts.solved(contact, count, landing)
     plan = plan.with_errors((np.maximum(left, landing) + OVER_CHANGE * changed) / own)
     if excess > 1.0 and max(plan.errors) > STILL_SOLVED:
-        return contact, None
+        return contact, mean, None
     plan = replace(plan, count=count, work=plan.work * count / plan.count, finer=parts.finer)
-    return contact, replace(plan, allowed=tuple(landing.tolist()), extents=tuple(own.tolist()))
+    return contact, mean, replace(plan, allowed=tuple(landing.tolist()), extents=tuple(own.tolist()))
 
 
 def _smaller(contact: Any, scene: Scene, plan: FramePlan) -> Any:
@@ -206,53 +234,3 @@ def _turning(contact: Any, steady: SteadyScan) -> Array:
         return np.zeros(len(steady.orders))
     swing = Swing(SOLUTIONS * band, band, ScanMotion(scene).fastest(), PATH_SLOPE, SECONDS)
     return turning_changes(contact, contact, swing, pressed(scene))[0][list(steady.orders)]
-
-
-def own_mean(asked: SteadyScan, contact: Any, tolerance: float) -> Mean:
-    """Return the mean of z that the displacement of the request leaves out; `tolerance` is that of the scene."""
-    loads, load, lift = asked.loads, pressed(asked.scene), asked.scene.scan.lift_load
-    over, both, places = contact.geometry.over_area, asked.over_area, PLACES_OF_MEAN
-    lands = loads[0] < LIGHTER * load
-    if not asked.live:
-        if over:
-            contact = _larger_cells(contact, load, PLACES_SHARE[0] * tolerance, across=both)
-        share = PLACES_SHARE[max(asked.orders) if lands else 0]
-        judged = (load, max(LIGHTER * load, loads[0]), max(lift, loads[0]))
-        places = enough_places(contact, judged, share * tolerance, places, across=both and over)
-    if over:
-        tolerance = min(max(MEAN_SHARE * tolerance, MEAN_TOLERANCE), AREA_MEAN_TOLERANCE)
-        mean: Any = mean_over_area if both else mean_curve
-        found: Mean = mean(contact, loads, load, tolerance, places, AREA_MEANS, lift)
-        return found
-    part = OF_ORDER[max(asked.orders)]
-    if 2 in asked.orders:
-        moved, pulled = (extent_and_peak(asked.series(order))[0] for order in (0, 2))
-        highest = moved * (2.0 * math.pi * asked.scene.output.band_limit) ** 2
-        part = min(max(OF_BAND * pulled / max(highest, 1e-300), OF_ACCELERATION), part)
-    return mean_curve(contact, loads, load, part * tolerance, places, lift=lift)
-
-
-def _larger_cells(contact: Any, load: float, error: float, *, across: bool) -> Any:
-    """Return `contact` in larger cells where its mean of z at `load` (N) changes by no more than `error` in them.
-
-    error: relative to the peak-to-peak of z.
-    across: as of `enough_places`.
-    """
-    larger = contact.doubled()
-    if larger is None:
-        return contact
-    many, few = (
-        heights_of_mean(one, across=across)(np.arange(PLACES_OF_MEAN) / PLACES_OF_MEAN, load)
-        for one in (contact, larger)
-    )
-    return larger if abs(float(np.mean(few) - np.mean(many))) <= error * float(np.ptp(many)) else contact
-
-
-def has_approach(scene: Scene) -> bool:
-    """Return whether a channel is z itself, which is not 0 where the finger does not move."""
-    return any(channel.quantity == APPROACH for channel in scene.output.channel_list)
-
-
-def pressed(scene: Scene) -> float:
-    """Return the load (N) at which the response of `scene` is solved: for a finger that pulls, the lift load."""
-    return scene.scan.load if scene.scan.load > 0.0 else scene.scan.lift_load

@@ -32,8 +32,9 @@ from synth.plan.effect_choice import LONGEST_WHOLE, SimulationCase, outputs_of
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, simulated_channel
 from synth.plan.frame_plan import FramePlan, plan_frames
+from synth.plan.mean_choice import has_approach
 from synth.plan.motion_peak import differs_from_cruise
-from synth.plan.own_motion import has_approach, own_motion
+from synth.plan.own_motion import own_motion
 from synth.plan.preparation import Preparation
 from synth.plan.process_start import begun
 from synth.plan.request import N_MAX, Request, harmonics_in_band

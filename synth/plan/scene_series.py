@@ -18,7 +18,7 @@ from synth.perception.threshold import imperceptible_tolerance
 from synth.plan.channels import SMALLEST_MOTION, spendable
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effects_preparation import PreparedEffects, shape_for
-from synth.plan.own_motion import pressed
+from synth.plan.mean_choice import pressed
 from synth.plan.request import Request
 from synth.plan.scene_table import entry_of
 from synth.response.demand import Demand, curves, points_for

@@ -8,8 +8,8 @@ Limits  The error halfway between the loads, after the lift gate, is within MEAN
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -96,28 +96,6 @@ def heights_of_mean(contact: Any, *, across: bool) -> Heights:
     return _over_both(contact) if across else _along(contact)
 
 
-def enough_places(contact: Any, loads: tuple[float, ...], error: float, places: int, *, across: bool) -> int:
-    """Return at how many places the mean of z over a period keeps `error`, relative to the peak-to-peak of z.
-
-    loads: N, at which it must; at the lift load few places touch, and the mean varies most.
-    places: to begin with; they are doubled up to MOST_PLACES.
-    across: whether the mean is that of both periods.
-    """
-    heights = heights_of_mean(contact, across=across)
-
-    def solved(count: int) -> list[Array]:
-        return [heights(np.arange(count) / count, w) for w in dict.fromkeys(loads)]
-
-    few = solved(places)
-    while places < MOST_PLACES:
-        many = solved(2 * places)
-        pairs = zip(few, many, strict=True)
-        if all(abs(float(np.mean(after) - np.mean(before))) <= error * float(np.ptp(after)) for before, after in pairs):
-            break
-        places, few = 2 * places, many
-    return places
-
-
 def mean_of(
     heights: Heights,
     loads: tuple[float, float],
@@ -126,16 +104,18 @@ def mean_of(
     places: int = MEAN_PHASES,
     fewest: int = FEWEST_MEANS,
     lift: float = 0.0,
-) -> Mean:
+) -> SolvedMean:
     """Return the mean of `heights` as `mean_curve` does, between two loads (N). Below these it is constant."""
     theta = np.arange(places) / places
 
     def means(roots: Array) -> Array:
-        return np.array([np.mean(heights(theta, float(root) ** 3)) for root in roots])
+        solved = [heights(theta, float(root) ** 3) for root in roots]
+        return np.array([[np.mean(one), np.mean(one[::2])] for one in solved])
 
     lightest, heaviest = loads
     if lightest == heaviest:
-        return partial(np.full_like, fill_value=means(np.cbrt([heaviest]))[0])
+        root = np.cbrt([heaviest])
+        return MeanSpline(root, *means(root).T)
     least, most = np.cbrt(lightest), np.cbrt(max(heaviest, 1e-12))
     extent = MEAN_ERROR * tolerance * float(np.ptp(heights(theta, load)))
     kink = np.cbrt(lift)
@@ -158,45 +138,86 @@ def _spline(
         between = 0.5 * (roots[halved] + roots[halved + 1])
         more = means(between)
         heard = gates(between**3, lift) if lift else 1.0
-        missed = heard * np.abs(CubicSpline(roots, values)(between) - more)
-        roots, values = np.insert(roots, halved + 1, between), np.insert(values, halved + 1, more)
+        missed = heard * np.abs(CubicSpline(roots, values[:, 0])(between) - more[:, 0])
+        roots, values = np.insert(roots, halved + 1, between), np.insert(values, halved + 1, more, axis=0)
         wide = between - roots[halved + np.arange(len(halved))] > NARROWEST * ends[1]
         halves = (halved + np.arange(len(halved)))[wide & (missed > SPLINE_GAIN * allowed)]
         halved = np.sort(np.concatenate([halves, halves + 1]))
-    return MeanSpline(roots, values)
+    return MeanSpline(roots, *values.T)
 
 
-class MeanPieces:
+class SolvedMean(ABC):
+    """A mean that was solved at some loads, over some places."""
+
+    @abstractmethod
+    def __call__(self, wanted: Array) -> Array:
+        """Return the mean of z (m) at `wanted` w^(1/3) (N^(1/3))."""
+
+    @property
+    @abstractmethod
+    def loads(self) -> int:
+        """Number of loads at which it was solved."""
+
+    @abstractmethod
+    def coarser(self) -> tuple[SolvedMean, SolvedMean]:
+        """Return the mean from every second load, and that over every second place; the changes tell its errors."""
+
+
+class MeanPieces(SolvedMean):
     """The mean of z below and above the lift load, at which a contact that grows has a kink.
 
     kink: w^(1/3) of the lift load.
     """
 
-    def __init__(self, kink: float, below: MeanSpline, above: MeanSpline) -> None:
+    def __init__(self, kink: float, below: SolvedMean, above: SolvedMean) -> None:
         self.kink, self.below, self.above = kink, below, above
 
     def __call__(self, wanted: Array) -> Array:
-        """Return the mean of z (m) at `wanted` w^(1/3) (N^(1/3))."""
+        """See `SolvedMean`."""
         found = self.above(wanted)
         low = wanted < self.kink
         if np.any(low):
             found[low] = self.below(wanted[low])
         return found
 
+    @property
+    def loads(self) -> int:
+        """See `SolvedMean`."""
+        return self.below.loads + self.above.loads
 
-class MeanSpline:
-    """The mean of z as a cubic spline.
+    def coarser(self) -> tuple[SolvedMean, SolvedMean]:
+        """See `SolvedMean`."""
+        (few, sparse), (more, fewer) = self.below.coarser(), self.above.coarser()
+        return MeanPieces(self.kink, few, more), MeanPieces(self.kink, sparse, fewer)
+
+
+class MeanSpline(SolvedMean):
+    """The mean of z as a cubic spline, or at one load.
 
     roots: w^(1/3) of the loads, N^(1/3), rising; below the first the mean is constant.
     values: the mean of z at them, m.
+    sparse: the same over every second place; None: not known.
     """
 
-    def __init__(self, roots: Array, values: Array) -> None:
+    def __init__(self, roots: Array, values: Array, sparse: Array | None = None) -> None:
         from scipy.interpolate import CubicSpline
 
-        self.roots, self.values = roots, values
-        self._spline = CubicSpline(roots, values)
+        self.roots, self.values, self._sparse = roots, values, sparse
+        self._spline = CubicSpline(roots, values) if len(roots) > 1 else None
 
     def __call__(self, wanted: Array) -> Array:
-        """Return the mean of z (m) at `wanted` w^(1/3) (N^(1/3))."""
+        """See `SolvedMean`."""
+        if self._spline is None:
+            return np.full_like(wanted, self.values[0])
         return np.asarray(self._spline(np.maximum(wanted, self.roots[0])))
+
+    @property
+    def loads(self) -> int:
+        """See `SolvedMean`."""
+        return len(self.roots)
+
+    def coarser(self) -> tuple[SolvedMean, SolvedMean]:
+        """See `SolvedMean`."""
+        assert self._sparse is not None
+        some = np.unique(np.append(np.arange(0, len(self.roots), 2), len(self.roots) - 1))
+        return MeanSpline(self.roots[some], self.values[some]), MeanSpline(self.roots, self._sparse)

@@ -23,7 +23,7 @@ from synth.motion.scan_motion import ScanMotion
 from synth.plan.area_cells import BEGINS, SECONDS, SHORT, UNSEEN, cells_along_path
 from synth.plan.direct_plan import PATH_SLOPE
 from synth.plan.frame_plan import FramePlan, counted, solution_nanoseconds, stride_of
-from synth.plan.own_motion import pressed
+from synth.plan.mean_choice import pressed
 from synth.plan.preparation import Preparation
 from synth.plan.request import HAND_SPEEDS, Request
 from synth.plan.scene_table import band_of, bounds_for

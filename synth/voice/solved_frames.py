@@ -1,7 +1,8 @@
 """Renders files whose speed or load varies, from the response solved along their scan.
 
 Stage   3 (VOICE); the alternative is `table_reading`.
-Model   The chunks of `frame_solver`, divided by the full scale of each channel.
+Model   The chunks of `frame_solver`, divided by the full scale of each channel. Where the search for the full scale has
+        solved the whole file, its frames are taken.
 Source  design, section 4.
 Limits  Those of `frame_solver`.
 """
@@ -10,11 +11,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from synth.arrays import Block
+from synth.arrays import Array, Block
 from synth.plan.frame_plan import FramePlan
-from synth.plan.own_motion import own_mean
+from synth.plan.mean_choice import own_mean
+from synth.plan.motion_peak import frames_key, searched_orders
 from synth.plan.preparation import Preparation
 from synth.response.series_curve import SMALLEST, SeriesCurve
+from synth.response_cache import PARTS
 from synth.sampling.chunks import Chunks
 from synth.sampling.frame_solver import WITH_MEAN, FrameSolver, Heights
 
@@ -34,12 +37,15 @@ class SolvedFrames:
         rate, mean = solved.scene.output.sample_rate, solved.mean
         if mean is None:
             mean = own_mean(solved.steady, solved.contact, solved.tolerance)
+        self._kept: Array | None = None
         if heights is None:
             series = solved.reads_series
+            self._kept = PARTS.find(frames_key(solved, solved.whole, plan))
             heights = SeriesCurve(solved.spectrum.harmonics).heights if series else solved.whole.heights
         self._solver = FrameSolver(
             heights, solved.scene, mean, rate, count=plan.count, stride=plan.stride, scale=plan.scale,
             landings=plan.landings(solved.orders), finer=plan.finer,
+            longest=max(1, round(solved.scene.output.duration * rate)),
         )  # fmt: skip
         self.chunk = self._solver.chunk
         self._chunks = Chunks(self._solved_chunk, self.chunk)
@@ -59,8 +65,12 @@ class SolvedFrames:
         self._chunks.read(first, out)
 
     def _solved_chunk(self, number: int) -> Block:
-        found = self._solver.solved(
-            number, tuple(WITH_MEAN if channel.is_approach else channel.order for channel in self.solved.channels)
-        )
+        orders = tuple(WITH_MEAN if channel.is_approach else channel.order for channel in self.solved.channels)
+        own = slice(number * self.chunk, (number + 1) * self.chunk)
+        if self._kept is not None and own.stop <= self._kept.shape[1]:
+            known = searched_orders(self.solved)
+            found = self._kept[[known.index(order) for order in orders], own]
+        else:
+            found = self._solver.solved(number, orders)
         found = found.T / [channel.full_scale for channel in self.solved.channels]
         return np.where(np.abs(found) >= SMALLEST, found, 0.0).astype(np.float32)
