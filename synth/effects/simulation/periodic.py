@@ -156,6 +156,8 @@ def steady_of(
         return None
     state, rows, left = found
     harmonics = _harmonics(stepper, period, rows, highest, of_mass=of_mass)
+    if near is not None and near.harmonics is not None and harmonics is None:  # it bounces: another of several motions
+        return steady_of(stepper, period, crossings, tolerance, None, highest, of_mass=of_mass)
     return SteadyMotion(state, len(period.phases), harmonics, left)
 
 

@@ -16,7 +16,7 @@ ALONE = effect_names()
 """Every effect of the registry."""
 
 QUICK: dict[str, Any] = {
-    "finger": {"contact_length": "2.5 mm"},
+    "finger": {"contact_length": "1.5 mm"},
     "output": {"quantity": "displacement", "sample_rate": 8000, "bandwidth": "full"},
     "accuracy": {"tolerance": 1e-2},
 }

@@ -24,13 +24,13 @@ from tests.synth.effects.whole_renders import below
 from tests.synth.engine_cases import physical, touch_of
 
 RATE, FINER, REACH = 8000, 4, 24  # Hz; steps of the oracle per frame; frames that its filter reads on each side
-LOAD, SECONDS, BEGUN = 0.3, 0.05, 0.015  # N; s; s, after which the start is forgotten
+LOAD, SECONDS, BEGUN = 0.3, 0.035, 0.012  # N; s; s, after which the start is forgotten
 OWN_ERROR = 4e-3  # of the oracle, of the peak-to-peak: with 110 columns it errs by up to 1.6e-2, with 340 by 1e-3
-COLUMNS = 240  # points of the oracle along and across
+COLUMNS = 160  # points of the oracle along and across
 DOTS = {"kind": "dots", "period": "1.5 mm", "row_distance": "1.5 mm", "stagger": 0.0, "phase": 0.0}
 FINGERS: dict[str, dict[str, Any]] = {
-    "comb": {"contact_length": "2.2 mm", "ridge_amplitude": "60 um"},
-    "fingertip": {"kind": "fingertip", "contact_length": "2.2 mm", "contact_width": "2.2 mm"},
+    "comb": {"contact_length": "1.4 mm", "ridge_amplitude": "60 um"},
+    "fingertip": {"kind": "fingertip", "contact_length": "1.4 mm", "contact_width": "1.4 mm"},
 }
 EFFECTS: dict[str, dict[str, Any]] = {
     "viscous_skin": {"viscous_skin": {}},

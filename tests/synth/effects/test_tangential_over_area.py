@@ -22,7 +22,7 @@ from tests.synth.engine_cases import physical
 RATE, FINER, REACH, LOAD = over_area.RATE, 2, 40, over_area.LOAD
 SECONDS, BELOW = 0.025, 0.12  # s; part of the rate below which forces are compared: well within the band
 BEGUN = 0.004  # s after the first frame that is compared, when the start is forgotten
-COLUMNS, LENGTH = 160, "1.4 mm"  # points of the oracle along and across; of the fingers
+COLUMNS, LENGTH = 130, "1.1 mm"  # points of the oracle along and across; of the fingers
 FORCES = ("tangential_force", "tangential_force_y")
 OWN_ERROR = 4e-3  # of the oracle, of the peak-to-peak
 FINGERS: dict[str, dict[str, Any]] = {
