@@ -17,8 +17,9 @@ Limits  Those of `area_force_sums`.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections import deque
 from collections.abc import Hashable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import ClassVar, Self
 
 import numpy as np
@@ -34,13 +35,36 @@ from synth.contact.load_balance import PhaseSolver
 ALONG, ACROSS = 0, 1  # components of the slope force: along x and along y of the surface
 SUMS_WORK = 1.6  # work of z and its sums, over that of z
 NO_DEPTH = 1e-300  # m: keeps a quotient finite where rounding leaves no contact
+RECENT_SUMS = 64  # calls whose sums are kept, some 0.1 MB each: more than those of a chunk of frames
+
+
+class RecentSums:
+    """The last sums of a finger, for its forces, which are read one after the other at the same places."""
+
+    def __init__(self) -> None:
+        self._known: deque[tuple[AreaGrid, Places, float, Array]] = deque(maxlen=RECENT_SUMS)
+
+    def at(self, contact: AreaContact, grid: AreaGrid, at: Places, exponent: float) -> Array:
+        """Return `AreaGrid.force_sums` at the z that balances each load."""
+        for known, places, power, sums in list(self._known):
+            if known is grid and power == exponent and all(map(np.array_equal, places, at)):
+                return sums
+        z, sizes = solved_at(contact, grid, at), contact.sizes(at.loads)
+        own = np.full(len(z), grid.size) if sizes is None else sizes
+        sums = grid.force_sums(at.phases, at.across, z, at.turns, own, exponent)
+        self._known.append((grid, at, exponent, sums))
+        return sums
 
 
 @dataclass(frozen=True)
 class ForceOverArea(ForceDiscretisation, ABC):
-    """Base class of both forces."""
+    """Base class of both forces.
+
+    recent: shared by the forces of one finger.
+    """
 
     of_cosines: ClassVar[bool] = False
+    recent: RecentSums = field(default_factory=RecentSums, compare=False, repr=False, kw_only=True)
 
     @property
     @abstractmethod
@@ -114,9 +138,11 @@ class AreaSlopeForce(ForceOverArea):
     """One component of F_s (N): of the force that the slopes exert on the finger.
 
     component: ALONG or ACROSS.
+    exponent: of the friction that is read at the same places; 0: there is none.
     """
 
     component: int = ALONG
+    exponent: float = 0.0
 
     @property
     def key(self) -> Hashable:
@@ -124,7 +150,7 @@ class AreaSlopeForce(ForceOverArea):
         return "slope force over an area", self.component, self.contact.key
 
     def _read(self, grid: AreaGrid, at: Places) -> Array:
-        depth, *slopes = sums_at(self.contact, grid, at)[:3]
+        depth, *slopes = self.recent.at(self.contact, grid, at, self.exponent)[:3]
         return np.asarray(-at.loads * slopes[self.component] / np.maximum(depth, NO_DEPTH))
 
 
@@ -144,14 +170,7 @@ class AreaFriction(ForceOverArea):
 
     def _read(self, grid: AreaGrid, at: Places) -> Array:
         exponent, area = self.pressure_exponent, self.contact.areas(at.loads)
-        power = sums_at(self.contact, grid, at, exponent)[3]
+        power = self.recent.at(self.contact, grid, at, exponent)[3]
         stiff = at.loads / self.contact.indentations(at.loads)
         unit = self.friction_coefficient * self.reference_pressure * area
         return np.asarray(unit * (stiff / (area * self.reference_pressure)) ** exponent * power)
-
-
-def sums_at(contact: AreaContact, grid: AreaGrid, at: Places, exponent: float = 0.0) -> Array:
-    """Return `AreaGrid.force_sums` at the z that balances each load."""
-    z, sizes = solved_at(contact, grid, at), contact.sizes(at.loads)
-    own = np.full(len(z), grid.size) if sizes is None else sizes
-    return grid.force_sums(at.phases, at.across, z, at.turns, own, exponent)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,11 +25,13 @@ from synth.plan.area_cells import BEGINS, SECONDS, SHORT, UNSEEN, cells_along_pa
 from synth.plan.direct_plan import PATH_SLOPE
 from synth.plan.frame_plan import FramePlan, counted, solution_nanoseconds, stride_of
 from synth.plan.mean_choice import pressed
+from synth.plan.motion_peak import KEPT
 from synth.plan.preparation import Preparation
 from synth.plan.request import HAND_SPEEDS, Request
 from synth.plan.scene_table import band_of, bounds_for
 from synth.plan.swing import MORE_FOLDS, Swing, changed_by, folded_errors, relative, turning_errors
 from synth.response.demand import Complex, curves, harmonics_of, points_for
+from synth.response_cache import PARTS
 from synth.sampling.band_filter import SOLUTIONS
 from synth.sampling.chunks import Chunks, Solve
 from synth.sampling.direct_reader import DirectReader, direct_filters
@@ -162,7 +165,16 @@ def _solved_chunks(solved: Preparation, moving: MovingForce) -> tuple[Solve, int
         moving.force.heights, solved.scene, np.zeros_like, solved.scene.output.sample_rate,
         count=plan.count, stride=plan.stride, scale=plan.scale,
     )  # fmt: skip
-    return lambda number: solver.solved(number, (0,))[0], solver.chunk
+    kept = KEPT // (8 * solver.chunk)  # the search for the full scale and the voice solve the same chunks
+
+    def solve(number: int) -> Array:
+        return np.asarray(solver.solved(number, (0,))[0])
+
+    def found(number: int) -> Array:
+        key = "force frames", solved.scene, moving.force.key, plan.steps, number
+        return PARTS.get(key, partial(solve, number)) if number < kept else solve(number)
+
+    return found, solver.chunk
 
 
 @dataclass(frozen=True, slots=True)

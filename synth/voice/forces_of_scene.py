@@ -114,11 +114,14 @@ def forces_of(solved: Preparation, law: Any, cache: ResponseCache) -> tuple[tupl
     powered = law.pressure_exponent != 1.0 and law.friction_coefficient > 0.0
     friction = law.friction_coefficient, law.pressure_exponent, law.reference_pressure
     if whole.geometry.over_area:
-        from synth.contact.area_forces import AreaFriction, AreaSlopeForce
+        from synth.contact.area_forces import AreaFriction, AreaSlopeForce, RecentSums
 
         contact: Any = solved.contact if solved.direct is None else solved.direct.contact
-        slopes = tuple(Force.over_area(solved, AreaSlopeForce(contact, axis), cache) for axis in range(law.count))
-        return slopes, Force.over_area(solved, AreaFriction(contact, *friction), cache) if powered else None
+        recent, power = RecentSums(), law.pressure_exponent if powered else 0.0
+        forces = [AreaSlopeForce(contact, axis, power, recent=recent) for axis in range(law.count)]
+        slopes = tuple(Force.over_area(solved, force, cache) for force in forces)
+        rubbed = AreaFriction(contact, *friction, recent=recent)
+        return slopes, Force.over_area(solved, rubbed, cache) if powered else None
     if powered and not whole.of_one_line:
         allowed = "1 under a fingertip, for which the pressure of each place is not computed"
         others = " or ".join(f'"{name}"' for name, kind in KINDS.items() if not kind.of_area)
