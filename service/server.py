@@ -25,6 +25,7 @@ from service.operations.worker_messages import FOLDER_VARIABLE, check_folder
 from service.unix_socket import identity, listen_on_path, remove_own
 from synth.errors import CannotRender, Fault
 from synth.kernel_folders import tell_for_all_processes
+from synth.linear_algebra import use_one_thread
 
 if TYPE_CHECKING:
     from fastapi import FastAPI
@@ -41,8 +42,6 @@ LIVE_OPTIONS: dict[str, Any] = {  # uvicorn's, for connections
     "ws": "service.live.websocket:LiveProtocol",
     "ws_ping_interval": 5.0,  # s, and as long for the answer: a dead connection is noticed within 10 s
 }
-ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-"""Environment variables of linear algebra, 1 unless set: its threads spin on the processors that voices need."""
 NO_SOCKETS_FOLDER = (
     "several workers need a temporary folder for their sockets, and none can be made here: set TMPDIR to a folder that "
     "can be written, or RIDGEWAVE_WORKERS to 1."
@@ -112,8 +111,7 @@ def shown_address(listener: socket.socket) -> str:
 
 
 def _serve(settings: Settings, listener: socket.socket, engine: Engine | None, worker: str) -> None:
-    for name in ONE_THREAD:
-        os.environ.setdefault(name, "1")  # before numpy is imported, here and in the worker processes
+    use_one_thread()  # before numpy is imported, here and in the worker processes
 
     import uvicorn
     from uvicorn.supervisors import Multiprocess

@@ -34,6 +34,7 @@ from service.compute.resource_bounds import bound
 from service.compute.work_places import Places
 from service.problems import Problem
 from synth.errors import CannotRender, Fault, InvalidRequest
+from synth.linear_algebra import ONE_THREAD
 
 if TYPE_CHECKING:
     from synth.surfaces.surface_data import SurfaceData
@@ -106,12 +107,11 @@ class Imports:
         if self._closed:
             raise Problem("closing", "The service is shutting down.")
         path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
-        one_thread = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
         process = await asyncio.create_subprocess_exec(
             sys.executable,
             "-Pm",
             "service.compute.import_process",
-            env={**os.environ, **one_thread, "PYTHONPATH": path},
+            env={**os.environ, **ONE_THREAD, "PYTHONPATH": path},
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
             stderr=asyncio.subprocess.PIPE,

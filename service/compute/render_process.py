@@ -39,6 +39,7 @@ from service.compute.resource_bounds import bound
 from service.problems import Problem
 from service.store.store import Store
 from synth.errors import CannotRender, Fault, RidgewaveError
+from synth.linear_algebra import ONE_THREAD
 from synth.surfaces.surface_data import add_source
 
 ROOT = Path(__file__).resolve().parents[2]  # import path of the process
@@ -86,8 +87,7 @@ class Copies:
                 str(self._cache_bytes),
                 str(self._folder.absolute()),
             ]
-            one_thread = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-            environment = {**os.environ, **one_thread, "PYTHONPATH": path}
+            environment = {**os.environ, **ONE_THREAD, "PYTHONPATH": path}
             with theirs:
                 self._template = subprocess.Popen(
                     arguments, env=environment, stdin=subprocess.DEVNULL, pass_fds=[theirs.fileno()]

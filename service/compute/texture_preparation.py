@@ -30,6 +30,7 @@ from typing import TYPE_CHECKING, Any
 from service.store.data_folder import tables_folder
 from service.store.store import Store
 from synth.errors import CannotRender, RidgewaveError
+from synth.linear_algebra import ONE_THREAD
 from synth.scene.catalogue import FINGER, catalogue
 from synth.scene.texture_registry import default_textures
 
@@ -64,11 +65,10 @@ class TexturePreparation:
             if not _locked(lock.fileno()):
                 return
             path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
-            one_thread = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
             module, number = "service.compute.texture_preparation", lock.fileno()
             self._process = subprocess.Popen(
                 [sys.executable, "-Pm", module, str(self.folder), str(number)],
-                env={**os.environ, **one_thread, "PYTHONPATH": path},
+                env={**os.environ, **ONE_THREAD, "PYTHONPATH": path},
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,

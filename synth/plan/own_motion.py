@@ -4,7 +4,7 @@ Stage   2, used by `prepare`.
 Model   Pieces of a file along a path, or of a recording whose load varies, are solved with twice the planned steps. The
         change when every second is left out is the folded error. While it exceeds its share of the tolerance, there are
         more steps. The change by segments, columns or cells twice as large is added. While the change by cells exceeds
-        its share, they are halved, up to MOST_WORK.
+        its share, they are halved, up to MOST_WORK. The mean of z is judged along the motion, too (`mean_choice`).
         Where the peaks along the motion are not those of the steady scan, `motion_peak` finds them. On a long surface
         the peaks of displacement and approach are those at PLACES places.
 Source  design, section 4.

@@ -24,6 +24,7 @@ from time import perf_counter, sleep
 from typing import Any
 
 from synth.errors import CannotRender
+from synth.linear_algebra import use_one_thread
 from synth.study.chunks import Chunk, chunks_of, read, solved, write
 from synth.study.spec import StudySpec
 
@@ -103,7 +104,7 @@ def _end_with(parent: int) -> None:
 
 def _in_processes(todo: list[Chunk], folder: Path, workers: int, work: Work) -> Iterator[int]:
     """Yield the scenes of each chunk that a process has finished. Chunks of a process that died are solved again."""
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    use_one_thread()
     left, tried = {chunk.first: chunk for chunk in todo}, dict.fromkeys((chunk.first for chunk in todo), 0)
     while left:
         try:

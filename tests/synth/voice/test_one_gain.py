@@ -6,6 +6,7 @@ relative to a render at full band.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ import pytest
 from synth import Voice, open_voice, parse_scene
 from synth.arrays import Array
 from synth.plan.prepare import prepare
-from tests.few import thorough
+from tests.few import paired, thorough
 
 RATE, BAND, LINES = 8000, 1000.0, (900.0, 1000.0, 1100.0, 1300.0)
 WANTED = np.array([1.0, 0.0, 0.0, 0.0])
@@ -32,6 +33,7 @@ SCANS: dict[str, dict[str, Any]] = {
 EFFECTS = ("none", "inertia", "adhesion", "viscous_skin")
 
 
+@cache
 def lines_of(scan: str, effect: str, bandwidth: Any, *, paced: bool = False) -> Array:
     """Return the amplitudes of LINES in the acceleration of a file, or of a live voice that follows its scan."""
     output = {"sample_rate": RATE, "bandwidth": bandwidth, "full_scale": 1.0, "duration": 0.8}
@@ -42,8 +44,7 @@ def lines_of(scan: str, effect: str, bandwidth: Any, *, paced: bool = False) -> 
     return np.asarray(np.abs(np.fft.rfft(frames))[[round(line * WINDOW / RATE) for line in LINES]])
 
 
-@pytest.mark.parametrize("effect", EFFECTS)
-@pytest.mark.parametrize("scan", SCANS)
+@pytest.mark.parametrize(("scan", "effect"), paired(SCANS, EFFECTS))
 def test_a_file_passes_each_line_by_the_one_gain(scan: str, effect: str) -> None:
     gains = lines_of(scan, effect, BAND) / lines_of("constant", effect, "full")
     assert np.max(np.abs(gains - WANTED)) <= SAME, gains
