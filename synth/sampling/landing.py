@@ -3,7 +3,8 @@
 Stage   SAMPLING, used by `frame_solver` in every chunk.
 Model   Where the load changes by QUICK of itself within RISE, z changes within a fraction of a millisecond. There it is
         solved at two, four, ... times as many steps, and a short low-pass filter (a sinc in a Kaiser window) reduces
-        these to the usual steps. The number doubles until the quantities in the band change by no more than is allowed.
+        these to the usual steps. The number doubles until the quantities in the band change by no more than is allowed,
+        to LEAST_FINER at least.
 Source  Kaiser & Schafer (1980), IEEE Trans. ASSP 28: the window and its length for an attenuation. The rest is this
         project's.
 Limits  At most MOST_FINER times the usual steps. What a doubling leaves is taken to be LEFT of its change. In some 40
@@ -26,6 +27,7 @@ from synth.scene.scene import Scene
 
 LOOK_RATE, LOOKS = 4000.0, 1 << 20  # Hz; most moments at which a long recording is looked at
 RISE, QUICK = 1e-3, 0.1  # s; part of the load: a swing of a hand at 10 Hz changes the load by 3 to 6 %
+LEAST_FINER = 4  # times the usual steps, where they may be twice: one change can be small by chance
 MOST_FINER = 64  # times the usual steps: 2 ms landings of a fingertip need 16
 CREEPS = 1e-4  # m/s: a finger that is slower everywhere is looked at where its load is lightest
 MOST_STEPS = 1 << 22  # of all parts of a chunk: 400 MB of working memory
@@ -80,7 +82,8 @@ def solved_again(
             after[:, first : last + 1] = windowed @ weights
         left = LEFT * np.max(np.abs(limited(after - before)), axis=1)
         before = after
-        if np.all(left <= allowed) or 2 * finer > most or 2 * finer * together > MOST_STEPS:
+        enough = finer >= LEAST_FINER and np.all(left <= allowed)
+        if enough or 2 * finer > most or 2 * finer * together > MOST_STEPS:
             break
     return before, left
 

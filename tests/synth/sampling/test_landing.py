@@ -74,6 +74,19 @@ def test_landings_within_a_recording_keep_the_tolerance_and_the_told_error(
         assert error / channel.extent <= told <= 1.1 * tolerance
 
 
+def test_a_press_whose_frequency_divides_the_steps_keeps_the_told_error() -> None:
+    """At 1000 and at 2000 steps a second lines of 40 Hz fold onto each other, so twice the steps change little."""
+    times = np.linspace(0.0, 0.1, 81)
+    loads = 0.1 + 0.2 * (1.0 - np.cos(80.0 * np.pi * times))
+    points = np.stack([times, np.full(81, 1e-3), loads], axis=1).tolist()
+    output = {"channels": list(QUANTITIES), "sample_rate": 8000, "bandwidth": 100}
+    scene = {"finger": {"contact_length": "3 mm"}, "scan": {"trajectory": points}, "output": output}
+    solved = prepare(parse_scene({**scene, "accuracy": {"tolerance": 1e-2}}), ResponseCache())
+    errors = np.max(np.abs(frames_of(solved) - frames_of(solved, OFTEN)), axis=1)
+    for channel, error in zip(solved.channels, errors, strict=True):
+        assert error <= channel.error * channel.extent
+
+
 def test_a_landing_that_would_take_too_many_solutions_tells_its_error() -> None:
     """With twice the usual solutions only, what is left is found, and is more than is allowed."""
     solved = planned(FINGERTIP, {}, 8e-3, {}, 1e-2)
