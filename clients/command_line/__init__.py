@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from clients.command_line.exit_codes import carry_out, discard_unread_output
 from clients.command_line.parser import parse
 from clients.command_line.printing import open_closed_streams, print_every_character
-from synth.linear_algebra import use_one_thread
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -19,7 +18,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     arguments: the words after the program's name; None: those of this process.
     """
-    use_one_thread()
     open_closed_streams()
     print_every_character()
     try:
@@ -28,7 +26,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         discard_unread_output()
     from importlib import import_module
 
+    from synth.linear_algebra import use_one_thread
+
     def command() -> int:
+        use_one_thread()
         code: int = import_module(parsed.command_module).run(parsed)
         return code
 
