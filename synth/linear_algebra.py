@@ -1,7 +1,9 @@
 """Linear algebra on one thread a process.
 
-Its libraries start a thread a processor and let each spin while it waits. The products here are small. On a processor
-that other processes need too, a product then takes ten times as long.
+Stage   None: a tool of all stages.
+Model   The libraries of linear algebra start a thread a processor, and each spins while it waits. The products here are
+        small. On a processor that other processes need too, a product then takes ten times as long.
+Limits  A program that has imported numpy before keeps its threads.
 """
 
 from __future__ import annotations

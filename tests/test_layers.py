@@ -19,7 +19,17 @@ ROOMS = ("synth", "service", "clients", "ridgewave")
 """From upstream to downstream: a room imports itself and the rooms before it."""
 
 STAGES: tuple[tuple[str, ...], ...] = (
-    ("errors", "arrays", "kernel_folders", "kernel_cache", "kernels", "kept_files", "held_memory", "response_cache"),
+    (
+        "errors",
+        "arrays",
+        "linear_algebra",
+        "kernel_folders",
+        "kernel_cache",
+        "kernels",
+        "kept_files",
+        "held_memory",
+        "response_cache",
+    ),
     ("scene", "scene.*"),
     ("surfaces", "surfaces.*"),
     ("contact", "contact.*"),
