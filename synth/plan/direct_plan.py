@@ -32,7 +32,7 @@ from synth.plan.live_work import LEFT_OF_CHANGE, least_solutions, predicted_work
 from synth.plan.request import HAND_LOADS, HAND_SPEEDS, Request, harmonics_in_band
 from synth.plan.scene_table import band_of, bounds_for, entry_of
 from synth.plan.swing import FOLD_POWER, Swing, changed_by, changes_to, folded_errors, turning_errors
-from synth.response.mean_approach import Mean, MeanSpline, mean_curve, mean_over_area
+from synth.response.mean_approach import Mean, SolvedMean, mean_curve, mean_over_area
 from synth.response.table_error import QUANTITIES
 from synth.response_cache import ResponseCache
 from synth.sampling.band_filter import SOLUTIONS, band_filter
@@ -138,12 +138,12 @@ def _form_on(whole: Contact) -> FileForm[DirectPlan]:
     """Return the form of the file of a plan. The file leaves out `whole`, which the scene determines."""
 
     def document(plan: DirectPlan) -> dict[str, Any]:
-        assert isinstance(plan.mean, MeanSpline), "loads from 0 N"
+        assert isinstance(plan.mean, SolvedMean)
         plain = {one.name: getattr(plan, one.name) for one in fields(plan) if one.name not in ("contact", "mean")}
         return plain | {"mean": [plan.mean.roots.tolist(), plan.mean.values.tolist()]}
 
     def plan_of(document: dict[str, Any]) -> DirectPlan:
-        mean = MeanSpline(*(np.array(values, dtype=float) for values in document.pop("mean")))
+        mean = SolvedMean(*(np.array(values, dtype=float) for values in document.pop("mean")))
         plain: Any = {name: tuple(value) if isinstance(value, list) else value for name, value in document.items()}
         return DirectPlan(whole, mean, **plain)
 

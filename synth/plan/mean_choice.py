@@ -103,7 +103,7 @@ class MeanChoice:
         choice = self
         for _round in range(ROUNDS):
             by_loads, by_places = np.max(judge(mean) / allowed, axis=1).tolist()
-            finer, work = choice, 1e-9 * mean.loads * choice.places * solution_nanoseconds(choice.contact) / WORK
+            finer, work = choice, 1e-9 * len(mean.roots) * choice.places * solution_nanoseconds(choice.contact) / WORK
             if by_places > 1.0 and choice.places < MOST_PLACES and 2.0 * work < 1.0:
                 finer, work = replace(finer, places=2 * choice.places), 2.0 * work
             factor = max(0.5 / max(by_loads, 1e-9), FINEST, work ** (1.0 / GROWTH))

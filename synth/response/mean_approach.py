@@ -8,7 +8,6 @@ Limits  The error halfway between the loads, after the lift gate, is within MEAN
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -115,20 +114,22 @@ def mean_of(
     lightest, heaviest = loads
     if lightest == heaviest:
         root = np.cbrt([heaviest])
-        return MeanSpline(root, *means(root).T)
+        return SolvedMean(root, *means(root).T)
     least, most = np.cbrt(lightest), np.cbrt(max(heaviest, 1e-12))
     extent = MEAN_ERROR * tolerance * float(np.ptp(heights(theta, load)))
-    kink = np.cbrt(lift)
+    kink = float(np.cbrt(lift))
     if not least < kink < most:
-        return _spline(means, (least, most), extent, fewest, lift)
-    ends = (least, kink), (kink, most)
-    return MeanPieces(kink, *(_spline(means, pair, extent, fewest, lift) for pair in ends))
+        roots, values = _solved(means, (least, most), extent, fewest, lift)
+        return SolvedMean(roots, *values.T)
+    below, above = (_solved(means, pair, extent, fewest, lift) for pair in ((least, kink), (kink, most)))
+    roots, values = (np.concatenate([low, high[1:]]) for low, high in zip(below, above, strict=True))
+    return SolvedMean(roots, *values.T, kink=kink)
 
 
-def _spline(
+def _solved(
     means: Callable[[Array], Array], ends: tuple[float, float], error: float, fewest: int, lift: float
-) -> MeanSpline:
-    """Return the spline of `means` between two roots; error: the largest after the lift gate, m."""
+) -> tuple[Array, Array]:
+    """Return roots between two, and `means` there, whose spline keeps `error` (m), the largest after the lift gate."""
     from scipy.interpolate import CubicSpline
 
     roots = np.linspace(*ends, fewest)
@@ -143,81 +144,39 @@ def _spline(
         wide = between - roots[halved + np.arange(len(halved))] > NARROWEST * ends[1]
         halves = (halved + np.arange(len(halved)))[wide & (missed > SPLINE_GAIN * allowed)]
         halved = np.sort(np.concatenate([halves, halves + 1]))
-    return MeanSpline(roots, *values.T)
+    return roots, values
 
 
-class SolvedMean(ABC):
-    """A mean that was solved at some loads, over some places."""
-
-    @abstractmethod
-    def __call__(self, wanted: Array) -> Array:
-        """Return the mean of z (m) at `wanted` w^(1/3) (N^(1/3))."""
-
-    @property
-    @abstractmethod
-    def loads(self) -> int:
-        """Number of loads at which it was solved."""
-
-    @abstractmethod
-    def coarser(self) -> tuple[SolvedMean, SolvedMean]:
-        """Return the mean from every second load, and that over every second place; the changes tell its errors."""
-
-
-class MeanPieces(SolvedMean):
-    """The mean of z below and above the lift load, at which a contact that grows has a kink.
-
-    kink: w^(1/3) of the lift load.
-    """
-
-    def __init__(self, kink: float, below: SolvedMean, above: SolvedMean) -> None:
-        self.kink, self.below, self.above = kink, below, above
-
-    def __call__(self, wanted: Array) -> Array:
-        """See `SolvedMean`."""
-        found = self.above(wanted)
-        low = wanted < self.kink
-        if np.any(low):
-            found[low] = self.below(wanted[low])
-        return found
-
-    @property
-    def loads(self) -> int:
-        """See `SolvedMean`."""
-        return self.below.loads + self.above.loads
-
-    def coarser(self) -> tuple[SolvedMean, SolvedMean]:
-        """See `SolvedMean`."""
-        (few, sparse), (more, fewer) = self.below.coarser(), self.above.coarser()
-        return MeanPieces(self.kink, few, more), MeanPieces(self.kink, sparse, fewer)
-
-
-class MeanSpline(SolvedMean):
-    """The mean of z as a cubic spline, or at one load.
+class SolvedMean:
+    """The mean of z as a cubic spline over the loads at which it was solved; at one load it is constant.
 
     roots: w^(1/3) of the loads, N^(1/3), rising; below the first the mean is constant.
     values: the mean of z at them, m.
     sparse: the same over every second place; None: not known.
+    kink: one of the roots, at which a contact that grows has a kink: that of the lift load. 0: there is none.
     """
 
-    def __init__(self, roots: Array, values: Array, sparse: Array | None = None) -> None:
+    def __init__(self, roots: Array, values: Array, sparse: Array | None = None, *, kink: float = 0.0) -> None:
         from scipy.interpolate import CubicSpline
 
-        self.roots, self.values, self._sparse = roots, values, sparse
-        self._spline = CubicSpline(roots, values) if len(roots) > 1 else None
+        self.roots, self.values, self._sparse, self._kink = roots, values, sparse, kink
+        at = int(np.searchsorted(roots, kink)) if kink else 0
+        self._pieces = (slice(0, at + 1), slice(at, None)) if at else (slice(None),)
+        self._splines = [CubicSpline(roots[one], values[one]) for one in self._pieces if len(roots) > 1]
 
     def __call__(self, wanted: Array) -> Array:
-        """See `SolvedMean`."""
-        if self._spline is None:
+        """Return the mean of z (m) at `wanted` w^(1/3) (N^(1/3))."""
+        if not self._splines:
             return np.full_like(wanted, self.values[0])
-        return np.asarray(self._spline(np.maximum(wanted, self.roots[0])))
-
-    @property
-    def loads(self) -> int:
-        """See `SolvedMean`."""
-        return len(self.roots)
+        found, low = self._splines[-1](np.maximum(wanted, self.roots[0])), wanted < self._kink
+        if np.any(low):
+            found[low] = self._splines[0](np.maximum(wanted[low], self.roots[0]))
+        return np.asarray(found)
 
     def coarser(self) -> tuple[SolvedMean, SolvedMean]:
-        """See `SolvedMean`."""
+        """Return the mean from every second load, and that over every second place; the changes tell its errors."""
         assert self._sparse is not None
-        some = np.unique(np.append(np.arange(0, len(self.roots), 2), len(self.roots) - 1))
-        return MeanSpline(self.roots[some], self.values[some]), MeanSpline(self.roots, self._sparse)
+        numbers = [np.arange(len(self.roots))[one] for one in self._pieces]
+        some = np.unique(np.concatenate([np.append(one[::2], one[-1]) for one in numbers]))
+        few = SolvedMean(self.roots[some], self.values[some], kink=self._kink)
+        return few, SolvedMean(self.roots, self._sparse, kink=self._kink)

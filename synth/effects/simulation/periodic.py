@@ -11,6 +11,9 @@ Model   A motion that repeats is one period, whose rows are Fourier series over 
         whose time constants are hundreds of periods takes some forty. For such skin the search begins from the settled
         state of the same skin with its time constants cut to CUT periods, run in coarse steps. The position of a
         dashpot then hardly changes within a period, and its mean is close to that of any longer time constant.
+        The search begins from the motion in other steps or at other points, where one is known, then from its own
+        start, then from rest. A mass without a damper may have several motions that repeat: where the known one does
+        not bounce, one that does is taken only if no other is found.
         A motion repeats if a second motion that begins near it stays near it for WATCHED periods. One that does not, or
         in which adhesion lets go and takes hold again, has no series and is run step by step from an earlier start.
 Source  Shooting: Nayfeh & Balachandran (1995), Applied Nonlinear Dynamics, chapter 6. Mixing: Anderson (1965), J. ACM
@@ -22,6 +25,7 @@ Limits  A motion may not repeat with the texture: chaotic bouncing, or a repeat 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -145,20 +149,26 @@ def steady_of(
     near: the motion of the same contact at other points or in other steps, if known.
     highest, of_mass: as of `_harmonics`.
     """
-    begin = None if near is None else stepper.taken_over(near.state)
-    begin = _begun(stepper, period, crossings) if begin is None else begin
-    found = _returning(stepper, begin, period, tolerance)
-    if found is None:
-        rested = stepper.start(0, period.load, period.turns, period.step)
-        begin = period.on(stepper, rested, math.ceil(SETTLED / period.seconds))
-        found = _returning(stepper, begin, period, tolerance)
-    if found is None:
-        return None
-    state, rows, left = found
-    harmonics = _harmonics(stepper, period, rows, highest, of_mass=of_mass)
-    if near is not None and near.harmonics is not None and harmonics is None:  # it bounces: another of several motions
-        return steady_of(stepper, period, crossings, tolerance, None, highest, of_mass=of_mass)
-    return SteadyMotion(state, len(period.phases), harmonics, left)
+    bounces, found = near is None or near.harmonics is None, None
+    for begin in _begins(stepper, period, crossings, near):
+        recurs = _returning(stepper, begin, period, tolerance)
+        if recurs is None:
+            continue
+        state, rows, left = recurs
+        harmonics = _harmonics(stepper, period, rows, highest, of_mass=of_mass)
+        found = SteadyMotion(state, len(period.phases), harmonics, left)
+        if bounces or harmonics is not None:  # otherwise it is another of several motions than `near`
+            break
+    return found
+
+
+def _begins(stepper: Stepper, period: Period, crossings: float, near: SteadyMotion | None) -> Iterator[Any]:
+    """Yield the states from which the search begins, one after the other."""
+    if near is not None and (taken := stepper.taken_over(near.state)) is not None:
+        yield taken
+    yield _begun(stepper, period, crossings)
+    rested = stepper.start(0, period.load, period.turns, period.step)
+    yield period.on(stepper, rested, math.ceil(SETTLED / period.seconds))
 
 
 def _harmonics(stepper: Stepper, period: Period, rows: Array, highest: int, *, of_mass: bool) -> Complex | None:

@@ -58,7 +58,7 @@ def stroke(kept_touch_page: Page, service: Running) -> Stroke:
         page.click("#record")
         page.wait_for_function(RECORDING)
         page.click("#stroke")
-        page.wait_for_function("() => ridgewave.fingers[0].source?.played > 60000")
+        page.wait_for_function("() => ridgewave.fingers[0]?.source?.played > 60000")
         for plot in ("waveform", "spectrum"):
             press(page, plot, "freeze")
             page.wait_for_selector(FROZEN.format(plot))
@@ -364,7 +364,7 @@ def test_tools_that_do_not_load_are_told_and_load_with_the_next_use(kept_touch_p
         watch.allow("net::ERR_CONNECTION_RESET")
         loaded(page)
         page.click("#stroke")
-        page.wait_for_function("() => ridgewave.fingers[0].source?.played > 4800")
+        page.wait_for_function("() => ridgewave.fingers[0]?.source?.played > 4800")
         press(page, "spectrum", "freeze")
         page.wait_for_function(told)
         press(page, "spectrum", "freeze")

@@ -270,4 +270,6 @@ def test_where_solutions_take_long_the_reference_and_the_methods_are_fewer(monke
         for ratio in (2.0, 4.0)
         if one.family == "steps"
     )
-    assert all(one.seconds > 1.0 for one in methods if one.family in ("baseline", "steps", "sampled"))
+    fewest = 1e-3 * case.solver(2000.0 / case.steps(1.0)).solutions
+    assert fewest > 0.5
+    assert all(one.seconds >= fewest for one in methods if one.family in ("baseline", "steps", "sampled"))
