@@ -103,7 +103,7 @@ PAUSES = {"at once": 0.0, "2 s later": 2000.0}  # ms between the page and the to
 def first_touches(trials: int) -> list[Figure]:
     """Return the lines of the first touch of a page, with a fingertip and with a comb."""
     lines, numbers = [], count(1)
-    with serving_pages() as running, driving() as driver, headless(driver) as browser:
+    with serving_pages() as running, driving() as driver, headless(driver, webgl=True) as browser:
         until(lambda: running.service.warm, 60.0)
         for kind, (told, pause) in product(("fingertip", "comb"), PAUSES.items()):
             reports = [first_touch(browser, running.url, kind, next(numbers), pause) for _ in range(trials)]
@@ -159,7 +159,7 @@ def strokes(trials: int, settle: float) -> list[Figure]:
 
 def measured(trials: int, settle: float) -> dict[str, Any]:
     """Return the page's measurements; times in ms, None where nothing was heard."""
-    with serving_pages() as running, driving() as driver, headless(driver) as browser:
+    with serving_pages() as running, driving() as driver, headless(driver, webgl=True) as browser:
         until(lambda: running.service.warm, 60.0)
         with watched(browser, running.url + MODULES) as (page, _):
             modules_loaded(page)

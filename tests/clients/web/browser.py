@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 SOUNDS = "--autoplay-policy=no-user-gesture-required"
 FLAGS = (
     "--no-sandbox",
-    "--disable-gpu",
     SOUNDS,
     "--disable-background-networking",
     "--disable-component-update",
@@ -36,7 +35,10 @@ FLAGS = (
     "--no-first-run",
     "--no-pings",
 )
-"""As root, without a screen, with sound before the first click, and without calls home."""
+"""As root, with sound before the first click, and without calls home."""
+WEBGL = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+"""Draws WebGL on the processor: the relief of a page then takes a whole core while its light drifts."""
+NO_WEBGL = ("--disable-gpu", "--disable-software-rasterizer")
 
 WAIT = 1e3 * PATIENCE  # ms for a page or the browser to do what is asked
 
@@ -57,14 +59,16 @@ def driving() -> Iterator[Playwright]:
 
 
 @contextmanager
-def headless(playwright: Playwright, *flags: str, waits_for_a_gesture: bool = False) -> Iterator[Browser]:
+def headless(playwright: Playwright, *, webgl: bool = False, waits_for_a_gesture: bool = False) -> Iterator[Browser]:
     """Yield Chromium; skip the test where it is missing (in CI: fail).
 
+    webgl: the pad is a relief, and `/vr` has its table; without it the pad is drawn on its canvas.
     waits_for_a_gesture: no page may sound before one, as with people.
     """
     path = chromium_path()
     usual = [flag for flag in FLAGS if not (waits_for_a_gesture and flag == SOUNDS)]
-    browser = playwright.chromium.launch(executable_path=path, headless=True, args=[*usual, *flags], timeout=WAIT)
+    flags = [*usual, *(WEBGL if webgl else NO_WEBGL)]
+    browser = playwright.chromium.launch(executable_path=path, headless=True, args=flags, timeout=WAIT)
     try:
         yield browser
     finally:

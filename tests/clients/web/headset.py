@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
 HERE = Path(__file__).parent
-DRAWING = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
-"""Flags of a Chromium that draws WebGL on the processor."""
 PATIENCE = 60.0  # s: a software renderer on a busy machine
 DRAW_LITTLE = """() => {
   const {room} = ridgewave;

@@ -11,7 +11,7 @@ import pytest
 from tests.clients.web.browser import headless, watched
 from tests.clients.web.conftest import DRAWER, WIDE, link_to, loaded
 from tests.clients.web.form import tile
-from tests.clients.web.headset import DRAWING, at_the_table, three_folder
+from tests.clients.web.headset import at_the_table, three_folder
 from tests.clients.web.page_service import WEB
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ def test_vr_works_without_what_is_newer(
     playwright: Playwright, service: Running, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     three = three_folder(tmp_path_factory.mktemp("three"))
-    with headless(playwright, *DRAWING) as browser, at_the_table(browser, service.url, three, OLDER) as (page, _):
+    with headless(playwright, webgl=True) as browser, at_the_table(browser, service.url, three, OLDER) as (page, _):
         assert page.evaluate("() => ridgewave.room.layout.places.length") >= 12
 
 

@@ -10,7 +10,6 @@ import pytest
 
 from tests.clients.web.browser import headless, watched
 from tests.clients.web.conftest import MODULES, loaded
-from tests.clients.web.headset import DRAWING
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page, Playwright
@@ -44,7 +43,7 @@ def cosine(count: int = 512) -> np.ndarray[Any, np.dtype[np.float64]]:
 @pytest.fixture(scope="module")
 def drawing(playwright: Playwright) -> Iterator[Browser]:
     """Yield a Chromium that draws WebGL on the processor."""
-    with headless(playwright, *DRAWING) as chromium:
+    with headless(playwright, webgl=True) as chromium:
         yield chromium
 
 

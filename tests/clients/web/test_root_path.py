@@ -16,7 +16,7 @@ import soundfile
 from tests.clients.web.browser import headless, watched
 from tests.clients.web.conftest import DRAWER, WIDE, link_to, loaded
 from tests.clients.web.form import tile
-from tests.clients.web.headset import DRAWING, at_the_table, three_folder
+from tests.clients.web.headset import at_the_table, three_folder
 from tests.clients.web.page_service import Breaker, serving_pages
 from tests.clients.web.test_page import started, stroke_pad
 from tests.clients.web.test_vr import OPEN
@@ -121,7 +121,7 @@ def test_the_page_plays_resumes_and_downloads_under_a_path_of_nginx(
 @pytest.fixture(scope="module")
 def drawing(playwright: Playwright) -> Iterator[Browser]:
     """Yield Chromium that draws WebGL."""
-    with headless(playwright, *DRAWING) as browser:
+    with headless(playwright, webgl=True) as browser:
         yield browser
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from tests.clients.web.browser import headless
-from tests.clients.web.headset import DRAW_LITTLE, DRAWING, at_the_table, iwer_script, three_folder
+from tests.clients.web.headset import DRAW_LITTLE, at_the_table, iwer_script, three_folder
 from tests.clients.web.page_service import Breaker
 from tests.service.harness import Running, until
 
@@ -45,7 +45,7 @@ STROKE = """async ({hand, id, index, depth}) => {
 
 @pytest.fixture(scope="module")
 def browser(playwright: Playwright) -> Iterator[Browser]:
-    with headless(playwright, *DRAWING) as chromium:
+    with headless(playwright, webgl=True) as chromium:
         yield chromium
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.clients.web.browser import headless
-from tests.clients.web.headset import DRAWING, at_the_table, three_folder
+from tests.clients.web.headset import at_the_table, three_folder
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page, Playwright
@@ -61,7 +61,7 @@ def glb(materials: dict[str, list[float]], **changes: Any) -> bytes:
 def table(playwright: Playwright, service: Running, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
     three = three_folder(tmp_path_factory.mktemp("three"))
     browser: Browser
-    with headless(playwright, *DRAWING) as browser, at_the_table(browser, service.url, three) as (page, _):
+    with headless(playwright, webgl=True) as browser, at_the_table(browser, service.url, three) as (page, _):
         yield page
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from tests.clients.web.browser import headless
-from tests.clients.web.headset import DRAW_LITTLE, DRAWING, at_the_table, iwer_script, three_folder
+from tests.clients.web.headset import DRAW_LITTLE, at_the_table, iwer_script, three_folder
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page, Playwright
@@ -38,7 +38,7 @@ BETWEEN = """() => {
 
 @pytest.fixture(scope="module")
 def browser(playwright: Playwright) -> Iterator[Browser]:
-    with headless(playwright, *DRAWING) as chromium:
+    with headless(playwright, webgl=True) as chromium:
         yield chromium
 
 
