@@ -78,8 +78,8 @@ SCENES: dict[str, tuple[dict[str, Any], Any]] = {
     "a comb on a sinusoid": ({}, None),
     "a fingertip on a line": ({"finger": TIP, "texture": {"kind": "grating", "period": "1.01 mm"}}, None),
     "dots": ({"finger": TIP, "texture": {"kind": "dots", "dot_height": "43 um"}}, None),  # in no other test
-    "a height map": ({"finger": TIP, "texture": {"kind": "heightmap"}, **LOOSE}, lambda: waves(300)),
-    "a track of 1 m": ({"finger": TIP, "texture": {"kind": "profile"}, **LOOSE}, lambda: track(200_001)),
+    "a height map": ({"finger": TIP, "texture": {"kind": "heightmap"}, **LOOSE}, lambda: waves(200)),
+    "a track of 0.5 m": ({"finger": TIP, "texture": {"kind": "profile"}, **LOOSE}, lambda: track(100_001)),
 }
 
 

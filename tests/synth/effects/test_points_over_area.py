@@ -104,7 +104,7 @@ def error_of(found: Real, truth: Real) -> float:
 CASES = [(effect, finger, path) for effect in EFFECTS for finger in FINGERS for path in ("turning", "straight")]
 QUICK = [
     ("viscous_skin", "fingertip", "straight"),
-    ("inertia", "comb", "turning"),
+    ("inertia", "comb", "straight"),
     ("adhesion", "fingertip", "turning"),
 ]
 

@@ -124,7 +124,7 @@ def direction_of(name: str) -> Real:
     return np.asarray(speeds / size * np.tanh(size / U0))
 
 
-@pytest.mark.parametrize(("finger", "exponent"), [("comb", 0.8), thorough("fingertip", 1.3), thorough("probe", 0.8)])
+@pytest.mark.parametrize(("finger", "exponent"), [thorough("comb", 0.8), thorough("fingertip", 1.3), ("probe", 0.8)])
 def test_friction_is_against_the_motion_and_of_the_power_of_the_pressure(finger: str, exponent: float) -> None:
     law = {"friction_coefficient": MU, "pressure_exponent": exponent, "components": "xy"}
     scene = scene_of(finger, "turning", {"tangential": law})
