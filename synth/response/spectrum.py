@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 FEWEST_PHASES = 8  # doubled at least once; with fewer there is no second change to estimate the error from
 MOST_PHASES = 1 << 21  # 4 s of work on the default scene; where it is too few, the error is larger than the tolerance
 PROBES = 16  # phases between all grids, at which a converged series is checked
+BESIDE_DISCRETE = 0.25  # of the error that a discretisation leaves in each order: the phases need not err by less
 SETTLED = 0.7  # of the error may remain after a doubling: a third is usual; if more remains, the grid hides a harmonic
 
 
@@ -93,7 +94,7 @@ def _refined(coarse: Source, finer: Source, load: float, demand: Demand, keep: i
     """Return the series of a response whose solver has a discretisation, whose error is added to its own."""
     chosen, left = finest_needed(coarse, finer, load, demand)
     spent = min(max(max(left), DISCRETE_SHARE * demand.tolerance), MOST_DISCRETE * demand.tolerance)
-    rest = replace(demand, tolerance=demand.tolerance - spent)
+    rest = replace(demand, tolerance=max(demand.tolerance - spent, BESIDE_DISCRETE * min(left)))
     found = _grown(chosen, load, rest, keep, min(MOST_PHASES, max(256, MOST_WORK // chosen.work_at(load))))
     errors = tuple(one + rest for one, rest in zip(found.errors, left, strict=True))
     return replace(found, errors=errors, discrete=left)

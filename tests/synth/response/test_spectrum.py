@@ -227,3 +227,21 @@ def test_where_a_discretisation_cannot_be_finer_its_error_is_told(
         assert 0.0 < found.discrete[place] < found.errors[place]
         assert error <= found.errors[place] * extent
         assert error > 1e-8 * extent  # there is something to tell
+
+
+def test_phases_need_not_err_by_less_than_a_part_of_what_a_discretisation_leaves(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As for a rough area: the cells leave six times the tolerance, and the phases took twice the time."""
+    scene = parse_scene({"finger": {"kind": "fingertip"}, "texture": {"kind": "grating", "period": "1 mm"}})
+    contact, demand = contact_of(scene, refines=True), Demand(12, (2,), 1e-7)
+    monkeypatch.setattr("synth.contact.fingertip.FINEST", 0.5)
+    while (smaller := contact.refined()) is not None:
+        contact = smaller
+    few = solve_spectrum(contact, 0.3, demand)
+    monkeypatch.setattr("synth.response.spectrum.BESIDE_DISCRETE", 0.0)
+    many = solve_spectrum(contact, 0.3, demand)
+    error, extent = distance(few.harmonics, many.harmonics, 2)
+    assert 4 * few.phases <= many.phases
+    assert error <= (few.errors[0] - few.discrete[0] + many.errors[0] - many.discrete[0]) * extent
+    assert few.errors[0] <= 1.3 * few.discrete[0]
