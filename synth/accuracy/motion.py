@@ -128,7 +128,7 @@ class MotionCase:
         most = chunk * max(1, round(longest * self.rate / chunk))  # whole chunks repeat no solutions
         if total <= most:
             return 0, total
-        about = pieces(self.scene)[0 if self.lands else 2] * self.rate
+        about = pieces(self.scene)["load" if self.lands else "speed"] * self.rate
         first = min(max(chunk * round((about - 0.5 * most) / chunk), 0), chunk * ((total - 1) // chunk))
         return first, min(most, total - first)
 

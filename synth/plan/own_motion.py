@@ -108,7 +108,7 @@ class _Pieces:
 
     def __init__(self, steady: SteadyScan, plan: FramePlan, mean: SolvedMean) -> None:
         self._steady, self._plan, self._mean = steady, plan, mean
-        self._places = pieces(steady.scene)
+        self._places = pieces(steady.scene).values()
         self._known: dict[Hashable, dict[int, Array]] = {}
         self.finer = min(MOST_FINER, math.floor(self.room(plan)))
 

@@ -88,11 +88,11 @@ def solved_again(
     return before, left
 
 
-def pieces(scene: Scene) -> list[float]:
-    """Return the times (s) about which a motion is most demanding.
+def pieces(scene: Scene) -> dict[str, float]:
+    """Return the times (s) about which a motion is most demanding, by what makes it so.
 
-    There its load changes most, in a landing and elsewhere, it is fastest, or it is fast for a light load, under which
-    few places touch. Under one load they are the fastest time and the middle.
+    "load", "calm": its load changes most, in a landing and outside of landings. "speed": it is fastest. "light": it is
+    fast for a light load, under which few places touch. Under one load they are "speed" and "middle".
     """
     rate = min(LOOK_RATE, LOOKS / scene.output.duration)
     samples = ScanMotion(scene, rate).at(0, math.ceil(scene.output.duration * rate) + 1).samples
@@ -103,9 +103,11 @@ def pieces(scene: Scene) -> list[float]:
         calm[first : last + 1] = False
     speed = np.abs(samples[SPEED]) * touching
     lightly = (speed + CREEPS * touching) / np.cbrt(np.maximum(load, scene.scan.lift_load))
+    fastest = int(np.argmax(speed)) / rate
     if not changes.any():
-        return [int(np.argmax(speed)) / rate, 0.5 * scene.output.duration]
-    return [int(np.argmax(one)) / rate for one in (changes, changes * calm, speed, lightly)]
+        return {"speed": fastest, "middle": 0.5 * scene.output.duration}
+    found = {"load": changes, "calm": changes * calm, "light": lightly}
+    return {"speed": fastest} | {name: int(np.argmax(one)) / rate for name, one in found.items()}
 
 
 @cache

@@ -273,3 +273,26 @@ def test_where_solutions_take_long_the_reference_and_the_methods_are_fewer(monke
     fewest = 1e-3 * case.solver(2000.0 / case.steps(1.0)).solutions
     assert fewest > 0.5
     assert all(one.seconds >= fewest for one in methods if one.family in ("baseline", "steps", "sampled"))
+
+
+LONG: dict[str, dict[str, Any]] = {
+    "a stroke": {"scan": STROKE},
+    "a mass": {"effects": {"inertia": {}}},
+    "a mass in a stroke": {"scan": STROKE, "effects": {"inertia": {}}},
+    "a recording under one load": {"scan": {"trajectory": [[0, 0, 0.3], [0.5, 0.03, 0.3], [1.8, 0.12, 0.3]]}},
+    "a recording": {"scan": {"trajectory": [[0, 0, 0.2], [0.5, 0.03, 0.5], [1.8, 0.12, 0.3]]}},
+    "a landing": {
+        "scan": {"trajectory": [[time + 1.2 * (row > 0), *rest] for row, (time, *rest) in enumerate(LANDING)]}
+    },
+}
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_of_a_long_motion_a_piece_is_measured(name: str) -> None:
+    output = OUTPUT | {"duration": 1.8}
+    scene = parse_scene({"finger": SHORT, "accuracy": {"tolerance": 1e-2}, "output": output, **LONG[name]})
+    case = MotionCase(prepare(scene), 0, 0.0)
+    first, frames = case.piece
+    assert first >= 0 and frames > 0 and first + frames <= round(1.8 * case.rate)
+    assert frames < 0.7 * 1.8 * case.rate
+    assert not case.lands or first <= 1.22 * case.rate <= first + frames
