@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 from synth.contact.geometry import Geometry
 from synth.scene.scene import Scene
 
+LOADS = 0.01, 10.0  # N, at which a law is checked
 FOUNDATION = 1.18  # k_el / l = 1.18 E* / a, eq. 4; another value scales every indentation
 
 
@@ -41,6 +42,13 @@ class Stiffness:
     contact_length: float
     contact_width: float | None = None
     given: float | None = None
+
+    def __post_init__(self) -> None:
+        """Raise ValueError for a law of which w / k is no power of the load: contacts read it as one."""
+        powers = (self.indentation(load) / load**self.load_exponent for load in LOADS)
+        if not all(math.isclose(one, self.indentation(1.0), rel_tol=1e-9) for one in powers):
+            name, power = type(self).__name__, self.load_exponent
+            raise ValueError(f"{name}: indentation(load) must be indentation(1.0) * load**{power:g}, load_exponent")
 
     @classmethod
     def of_scene(cls, scene: Scene) -> Stiffness:

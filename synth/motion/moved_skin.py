@@ -40,7 +40,8 @@ class Mover(Protocol):
         """Return the skin at the frames of `hand`, and update `state`.
 
         Returns float64 [axes, 3, frames]: place (m) and speed (m/s) of the skin, and the force of friction on it (N),
-        along x and, if the motion has a path, across. Where the hand has only a speed, places count from the first.
+        along x and, if the motion has a path, across, as `hand.position` and `hand.path` have them. Where the hand has
+        only a speed (`hand.position` is empty), places count from that of the skin at the first frame, which is 0.
         """
 
 

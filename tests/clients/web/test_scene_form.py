@@ -233,7 +233,8 @@ def test_a_field_that_the_scene_should_not_have_is_shown_until_it_is_removed(wat
     page.evaluate("() => ridgewave.state.write(['effects', 'curvature'], {})")
     page.wait_for_function("() => !document.getElementById('field-effects-curvature-fault').hidden")
     assert 'finger.kind "comb"' in page.locator("#field-effects-curvature-fault").inner_text()
-    assert page.locator("#field-finger-kind-hint").text_content().endswith("Curvature needs comb.")  # type: ignore[union-attr]
+    straight = " or ".join(name for name, kind in KINDS.items() if kind.straight)
+    assert (page.locator("#field-finger-kind-hint").text_content() or "").endswith(f"Curvature needs {straight}.")
     page.select_option("#field-effects-curvature", label="off")
     assert "curvature" not in visible(page, "effects")
 

@@ -12,6 +12,7 @@ import pytest
 
 import synth.effects
 from synth import Motion, explain, open_voice, parse_scene
+from synth.contact.stiffness import Stiffness
 from synth.errors import SceneError
 from synth.scene.effects_section import effect_names
 from tests.synth.effects.effect_cases import QUICK
@@ -71,6 +72,15 @@ def test_a_fingertip_keeps_its_surface_under_another_law() -> None:
     assert np.ptp(stiffer - plain) > 0.1 * np.ptp(plain)
 
 
+def test_a_law_that_is_no_power_of_the_load_is_no_law() -> None:
+    class Saturating(Stiffness):
+        def indentation(self, load: float) -> float:
+            return Stiffness.indentation(self, load) / (1.0 + load)
+
+    with pytest.raises(ValueError, match=r"Saturating: .* load\*\*1.5"):
+        Saturating(SOFT, 1e-3, 1e-3, 1e-2)
+
+
 def test_dampers_add_up_whichever_comes_first() -> None:
     both = rendered({"damper": {"damping": 3.0}, "inertia": {"damping": 2.0}})
     assert np.array_equal(both, rendered({"inertia": {"damping": 5.0}}))
@@ -116,3 +126,35 @@ def test_a_skin_that_lags_meets_the_texture_where_it_is(others: dict[str, Any]) 
     )  # fmt: skip
     moved = other.render(800, behind)[:, 0] * other.full_scale[0]
     assert led[100:] == pytest.approx(moved[100:], abs=float(0.02 * np.ptp(moved)))
+
+
+def test_a_skin_that_lags_follows_a_hand_of_which_only_the_speed_is_known() -> None:
+    voices = [open_voice(parse_scene(QUICK | {"effects": {"sliding_skin": {}}}), live=True) for _ in range(2)]
+    places = 0.08 * np.arange(800) / 8000
+    known = Motion.of(800, position=places, speed=0.08, speed_rate=0.0, load=LOAD, load_rate=0.0, load_bend=0.0)
+    led, alone = (
+        voice.render(800, motion)[:, 0]
+        for voice, motion in zip(voices, (known, Motion.of(800, speed=0.08, load=LOAD)), strict=True)
+    )
+    assert np.any(led) and alone[200:] == pytest.approx(led[200:], abs=float(0.01 * np.ptp(led)))
+
+
+STRAIGHT = [[0, 0, 0, 0, 0.3], [0.1, 0.008, 0.004, 0.2, 0.3]]
+PATHS: dict[str, dict[str, Any]] = {
+    "heading": {"scan": {"heading": "30 deg"}},
+    "path": {
+        "scan": {"trajectory": [[0, 0, 0, 0, 0.3], [0.05, 0.004, 0.002, 0.2, 0.3], [0.1, 0.008, 0.004, 0.2, 0.3]]}
+    },
+    "path over dots": {"scan": {"trajectory": STRAIGHT}, "texture": {"kind": "dots"}},
+}
+
+
+@pytest.mark.parametrize("name", PATHS)
+def test_a_skin_that_lags_leaves_its_line_with_the_hand(name: str) -> None:
+    """Along a straight path a lag of n frames is the sound n frames later, once it has begun."""
+    sections = PATHS[name] | {"finger": {"contact_length": "1.5 mm"}, "accuracy": {"tolerance": 1e-2}}
+    plain, late = (rendered({"sliding_skin": {"time": frames / 8000}}, 600, **sections) for frames in (0, 40))
+    assert np.all(np.isfinite(late)) and np.any(late)
+    straight = slice(440, 600) if name == "path" else slice(100, 600)
+    shifted = slice(straight.start - 40, straight.stop - 40)
+    assert late[straight] == pytest.approx(plain[shifted], abs=float(0.05 * np.ptp(plain)))

@@ -75,7 +75,7 @@ def test_a_finger_is_refused_with_what_to_write_instead(name: str) -> None:
 @pytest.mark.parametrize("effect", effect_names())
 def test_an_effect_is_refused_with_a_finger_that_cannot_have_it(effect: str, kind: str) -> None:
     scene = {"finger": {"kind": kind}, "effects": {effect: {}}}
-    if kind == "comb" or effect not in ("contact_growth", "curvature"):
+    if KINDS[kind].straight or effect not in ("contact_growth", "curvature"):
         parse_scene(scene)
         return
     with pytest.raises(SceneError) as refused:

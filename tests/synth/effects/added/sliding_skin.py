@@ -16,7 +16,7 @@ from pydantic import Field
 
 from synth.arrays import Array
 from synth.effects.effect import MotionEffect, Price
-from synth.motion.motion import SPEED, Motion
+from synth.motion.motion import ACROSS, SPEED, Motion
 from synth.scene.finger_section import KINDS
 from synth.scene.quantity import Dimension
 from synth.scene.rules import Quantity
@@ -37,17 +37,33 @@ class SlidingSettings(Section):
 
 @dataclass(frozen=True, slots=True)
 class Lag:
-    """Moves the skin along a line."""
+    """Moves the skin.
+
+    time: of the lag, s.
+    rate: of the output, at which the motion of a hand has its frames, Hz.
+    """
 
     time: float
+    rate: int
 
-    def start(self) -> None:
+    def start(self) -> dict[str, Any]:
         """See `Mover`."""
+        return {"walked": None, "before": None}
 
-    def follow(self, state: None, hand: Motion) -> Array:
+    def follow(self, state: dict[str, Any], hand: Motion) -> Array:
         """See `Mover`."""
-        speed = hand.samples[SPEED]
-        return np.array([[hand.position - self.time * speed, speed, np.zeros(hand.frames)]])
+        speeds = hand.samples[SPEED, np.newaxis]
+        if hand.path.size:
+            places = np.stack([hand.position, hand.path[ACROSS]])
+            before = places[:, :1] if state["before"] is None else state["before"]
+            speeds, state["before"] = np.diff(places, axis=1, prepend=before) * self.rate, places[:, -1:]
+        elif len(hand.position):
+            places = hand.position[np.newaxis]
+        else:  # only its speed is known: the skin begins at 0
+            begun = self.time * speeds[0, 0] if state["walked"] is None else state["walked"]
+            ends = begun + np.cumsum(speeds, axis=1) / self.rate
+            places, state["walked"] = ends - speeds / self.rate, ends[0, -1]
+        return np.stack([places - self.time * speeds, speeds, np.zeros_like(places)], axis=1)
 
 
 class NoChannel:
@@ -90,7 +106,7 @@ class SlidingSkin(MotionEffect["Preparation"]):
 
     def mover(self, scene: Scene, settings: SlidingSettings, *, by_hand: bool) -> Lag:
         """See `MotionEffect`."""
-        return Lag(settings.time)
+        return Lag(settings.time, scene.output.sample_rate)
 
     def told(self, scene: Scene, settings: SlidingSettings, *, by_hand: bool) -> dict[str, Any]:
         """See `MotionEffect`."""
