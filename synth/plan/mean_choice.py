@@ -116,7 +116,12 @@ class MeanChoice:
 
 
 def own_mean(asked: SteadyScan, contact: Any, tolerance: float) -> SolvedMean:
-    """Return the mean of z that the displacement of the request leaves out; `tolerance` is that of the scene."""
+    """Return the mean of z that the displacement of the request leaves out; `tolerance` is that of the scene.
+
+    Of a file that reads the series of one load, it is that of the series.
+    """
+    if asked.reads_series and not asked.live:
+        return SolvedMean(np.cbrt([pressed(asked.scene)]), asked.spectrum.harmonics[:1].real)
     return MeanChoice.of(asked, contact, tolerance).solved()
 
 

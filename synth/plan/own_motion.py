@@ -30,7 +30,7 @@ from synth.plan.channels import SteadyScan, extent_and_peak
 from synth.plan.direct_plan import PATH_SLOPE
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.frame_plan import FALL, PATIENCE, STILL_SOLVED, FramePlan, solution_nanoseconds
-from synth.plan.mean_choice import SHARE, MeanChoice, has_approach, pressed
+from synth.plan.mean_choice import SHARE, MeanChoice, has_approach, own_mean, pressed
 from synth.plan.motion_peak import NEAR_MARGIN, differs_from_cruise, peaks_along, searched_orders
 from synth.plan.request import harmonics_in_band
 from synth.plan.swing import Swing, turning_changes
@@ -71,11 +71,12 @@ def own_motion(
     if asked.by_hand or not asked.moving or not (approach or long or differs):
         return contact, None, frames, peaks, ""
     left = min(frames.errors, default=0.0) if frames and not still else 0.0  # by cells: the mean need not be nearer
-    choice = MeanChoice.of(asked, contact, max(tolerance, left))
-    mean = choice.solved()
     in_pieces = asked.over_area or (scene.scan.trajectory is not None and asked.load_varies)
     if frames is not None and in_pieces:
-        contact, mean, frames = with_pieces(asked, frames, contact, choice, mean, tolerance)
+        choice = MeanChoice.of(asked, contact, max(tolerance, left))
+        contact, mean, frames = with_pieces(asked, frames, contact, choice, tolerance)
+    else:
+        mean = own_mean(asked, contact, max(tolerance, left))
     if all(channel.full_scale for channel in listed) or not (approach or differs):
         return contact, mean, frames, peaks, ""
     known = searched_orders(asked)
@@ -169,7 +170,7 @@ def _none(phases: Array, _loads: Array, _path: Array | None = None) -> Array:
 
 
 def with_pieces(
-    steady: SteadyScan, plan: FramePlan, contact: Any, choice: MeanChoice, mean: SolvedMean, tolerance: float
+    steady: SteadyScan, plan: FramePlan, contact: Any, choice: MeanChoice, tolerance: float
 ) -> tuple[Any, SolvedMean, FramePlan | None]:
     """Return the contact in the cells, the mean, and the plan with its error, that pieces of the motion require.
 
@@ -178,9 +179,10 @@ def with_pieces(
     steady: a file along a path, or a recording whose load varies, at its own speed and load.
     contact: on the whole surface.
     plan: with the fewest solutions, and no error yet.
-    choice, mean: of the mean of z over a period, to begin with.
+    choice: of the mean of z over a period, to begin with.
     """
-    scene, orders, count, parts = steady.scene, steady.orders, plan.count, _Pieces(steady, plan, mean)
+    scene, orders, count, mean = steady.scene, steady.orders, plan.count, choice.solved()
+    parts = _Pieces(steady, plan, mean)
     extents = np.array([extent_and_peak(steady.series(order))[0] for order in orders])
     least = np.array([steady.least(order) for order in orders])
     moved = np.ptp(parts.solved(contact, count, np.full(len(orders), np.inf))[0], axis=1)

@@ -250,13 +250,15 @@ def _with_effects(solved: Preparation, shapes: PreparedEffects) -> Preparation:
     effects = effects_of(case, shapes)
     if effects.simulation is None:
         return replace(solved, effects=effects)
+    before = {solved.steady.warning(channel, solved.tolerance) for channel in solved.channels}
+    warnings = tuple(text for text in solved.warnings if text not in before)  # the simulation tells its own errors
     listed = zip(solved.channels, solved.scene.output.channel_list, strict=True)
     along = not solved.by_hand and differs_from_cruise(solved.scene)
     channels = tuple(
         simulated_channel(channel, asked.full_scale, effects.simulation, solved, along=along)
         for channel, asked in listed
     )
-    return replace(solved, effects=effects, channels=channels)
+    return replace(solved, effects=effects, channels=channels, warnings=warnings)
 
 
 def _with_places(solved: Preparation, shift: float, late: float) -> Preparation:

@@ -91,8 +91,9 @@ def solved_again(
 def pieces(scene: Scene) -> dict[str, float]:
     """Return the times (s) about which a motion is most demanding, by what makes it so.
 
-    "load", "calm": its load changes most, in a landing and outside of landings. "speed": it is fastest. "light": it is
-    fast for a light load, under which few places touch. Under one load they are "speed" and "middle".
+    "load", "calm": its load changes most, in a landing and outside of landings. "beside": outside of landings a light
+    load changes by a large part of itself, as at the end of a landing. "speed": it is fastest. "light": it is fast for
+    a light load, under which few places touch. Under one load they are "speed" and "middle".
     """
     rate = min(LOOK_RATE, LOOKS / scene.output.duration)
     samples = ScanMotion(scene, rate).at(0, math.ceil(scene.output.duration * rate) + 1).samples
@@ -106,7 +107,13 @@ def pieces(scene: Scene) -> dict[str, float]:
     fastest = int(np.argmax(speed)) / rate
     if not changes.any():
         return {"speed": fastest, "middle": 0.5 * scene.output.duration}
-    found = {"load": changes, "calm": changes * calm, "light": lightly}
+    heavier = np.maximum(np.maximum(load[reach:], load[:-reach]), scene.scan.lift_load)
+    found = {
+        "load": changes,
+        "calm": changes * calm,
+        "beside": changes * calm / heavier ** (4.0 / 3.0),
+        "light": lightly,
+    }
     return {"speed": fastest} | {name: int(np.argmax(one)) / rate for name, one in found.items()}
 
 

@@ -38,7 +38,14 @@ OUTPUT = {"quantity": "acceleration", "sample_rate": 8000, "bandwidth": 600, "du
 STEPS = 24_000  # Hz, of the oracle
 ASIDE = 0.25  # s that it computes before and after the output: the edge of the band rings for less
 MEANS = 161  # loads at which its mean over a period is solved
-LANDING = [[0, 0, 0], [0.02, 1e-3, 0], [0.03, 1.8e-3, 0.3], [0.06, 4e-3, 0.4], [0.09, 6.5e-3, 0.35], [0.12, 9e-3, 0.3]]
+LANDING: list[list[float]] = [
+    [0, 0, 0],
+    [0.02, 1e-3, 0],
+    [0.03, 1.8e-3, 0.3],
+    [0.06, 4e-3, 0.4],
+    [0.09, 6.5e-3, 0.35],
+    [0.12, 9e-3, 0.3],
+]
 DRAWN = 150  # points along and across of a comb over dots
 STROKE = {"stroke": {"speed": "80 mm/s", "length": "8 mm", "load": "0.3 N", "turn_time": "50 ms"}}
 NEAR = 0.1  # of an error: how far the oracle may be from it
@@ -281,9 +288,7 @@ LONG: dict[str, dict[str, Any]] = {
     "a mass in a stroke": {"scan": STROKE, "effects": {"inertia": {}}},
     "a recording under one load": {"scan": {"trajectory": [[0, 0, 0.3], [0.5, 0.03, 0.3], [1.8, 0.12, 0.3]]}},
     "a recording": {"scan": {"trajectory": [[0, 0, 0.2], [0.5, 0.03, 0.5], [1.8, 0.12, 0.3]]}},
-    "a landing": {
-        "scan": {"trajectory": [[time + 1.2 * (row > 0), *rest] for row, (time, *rest) in enumerate(LANDING)]}
-    },
+    "a landing": {"scan": {"trajectory": [[0, 0, 0], *([point[0] + 1.2, *point[1:]] for point in LANDING[1:])]}},
 }
 
 

@@ -225,3 +225,13 @@ def test_a_stroke_that_is_still_between_its_turns_is_heard_in_them() -> None:
     heard = np.concatenate(list(blocks(open_voice(scene))))
     assert np.max(np.abs(heard[:400])) == pytest.approx(0.8, rel=0.05), "the first half of a turn"
     assert np.max(np.abs(heard[430:550])) < 0.05, "at full speed"
+
+
+def test_the_error_of_a_simulated_quantity_is_told_once() -> None:
+    """That of the contact without effects is no error of the render."""
+    finger = {"kind": "fingertip", "contact_length": "1.5 mm"}
+    sections = {"finger": finger, "texture": {"kind": "grating"}, "accuracy": {"tolerance": 1e-7}}
+    plain, simulated = (prepare(scene_of(**sections, effects=effects)) for effects in ({}, {"inertia": {}}))
+    assert any("error of the acceleration" in text and "by step" not in text for text in plain.warnings)
+    told = [text for text in simulated.warnings if "error of the acceleration" in text]
+    assert len(told) == 1 and "step by step" in told[0]

@@ -87,6 +87,18 @@ def test_a_press_whose_frequency_divides_the_steps_keeps_the_told_error() -> Non
         assert error <= channel.error * channel.extent
 
 
+def test_the_end_of_a_landing_after_a_heavier_lift_is_judged() -> None:
+    """The lift changes the load most, also where it counts as slow; the light load erred three times what was told."""
+    points = [[0, 0, 0.5], [0.03, 0.001, 0], [0.1, 0.002, 0], [0.15, 0.004, 0.3], [0.25, 0.009, 0.3]]
+    output = {"channels": list(QUANTITIES), "sample_rate": 8000, "duration": 0.25}
+    texture = {"period": "90 um", "amplitude": "4 um"}
+    scene = {"finger": {"contact_length": "4 mm"}, "texture": texture, "scan": {"trajectory": points}, "output": output}
+    solved = prepare(parse_scene(scene), ResponseCache())
+    errors = np.max(np.abs(frames_of(solved) - frames_of(solved, OFTEN)), axis=1)
+    for channel, error in zip(solved.channels, errors, strict=True):
+        assert error <= channel.error * channel.extent
+
+
 def test_a_landing_that_would_take_too_many_solutions_tells_its_error() -> None:
     """With twice the usual solutions only, what is left is found, and is more than is allowed."""
     solved = planned(FINGERTIP, {}, 8e-3, {}, 1e-2)
