@@ -30,11 +30,22 @@ def print_accuracy(name: str, document: Document) -> None:
         f"{document['duration']:g} s of sound)"
     )
     print(f"{CHOSEN}  the method that the plan of this scene takes: {document['chosen']}")
-    print(f"0 and {NOTHING}: no error, to round-off")
-    print("points: per ridge; tabled: one period, solved at the given number of phases and kept as a table")
+    for note in _notes(document):
+        print(note)
     print(start_sentence(document))
     for left in document["left_out"]:
         print(f"Left out: {left['method']}. {left['reason']}")
+
+
+def _notes(document: Document) -> Iterator[str]:
+    """Yield what the rows of the table need to be understood."""
+    rows = document["methods"]
+    if not all(row["max_error"] and row["rms_error"] for row in rows):
+        yield f"0 and {NOTHING}: no error, to round-off"
+    if any(POINTS in row["method"] for row in rows):
+        yield "points: per ridge"
+    if any("tabled" in row["method"] for row in rows):
+        yield "tabled: one period, solved at the given number of phases and kept as a table"
 
 
 def _rows(document: Document) -> Iterator[tuple[str, ...] | None]:

@@ -17,7 +17,7 @@ from functools import partial
 
 import numpy as np
 
-from synth.accuracy.method import Method, Ready
+from synth.accuracy.method import Method, Ready, clock
 from synth.accuracy.motion import MotionCase
 from synth.accuracy.motion_methods import RATIOS, read_live, table_methods, table_name
 from synth.motion.recorded_motion import CLOSE_ENDS
@@ -62,14 +62,15 @@ def hand_methods(case: MotionCase, hand: Preparation, setup: float) -> Iterator[
             chosen = method.name == chosen_of(case, hand)
             yield replace(method, set_up=partial(_table, case, hand, setup)) if chosen else method
     assert hand.contact is not None
+    began = clock()
     direct = hand.direct or direct_plan(hand, hand.contact, hand.whole, ResponseCache())
+    own = setup if hand.direct is not None else clock() - began
     a_solution, steps = case.seconds_a_solution(direct.contact.heights), set[float]()
     for ratio in RATIOS:
         a_second = _steps(case, hand, direct, ratio * direct.finer)
         if a_second in steps:
             continue
         steps.add(a_second)
-        own = setup if ratio == 1.0 and hand.direct is not None else None
         nbytes = direct.contact.grid.nbytes
         made = partial(_direct, case, hand, direct, ratio * direct.finer, setup=own, nbytes=nbytes)
         seconds = TWICE * a_solution * a_second * case.piece[1] / case.rate
@@ -102,7 +103,7 @@ def _steps(case: MotionCase, hand: Preparation, direct: DirectPlan, finer: float
 
 
 def _direct(
-    case: MotionCase, hand: Preparation, direct: DirectPlan, finer: float, *, setup: float | None, nbytes: int
+    case: MotionCase, hand: Preparation, direct: DirectPlan, finer: float, *, setup: float, nbytes: int
 ) -> Ready:
     """Return direct solutions, ready to run."""
     reader = _reader(hand, direct, finer, case.channel)

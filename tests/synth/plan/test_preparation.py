@@ -230,8 +230,9 @@ def test_a_stroke_that_is_still_between_its_turns_is_heard_in_them() -> None:
 def test_the_error_of_a_simulated_quantity_is_told_once() -> None:
     """That of the contact without effects is no error of the render."""
     finger = {"kind": "fingertip", "contact_length": "1.5 mm"}
-    sections = {"finger": finger, "texture": {"kind": "grating"}, "accuracy": {"tolerance": 1e-7}}
-    plain, simulated = (prepare(scene_of(**sections, effects=effects)) for effects in ({}, {"inertia": {}}))
+    sections: dict[str, Any] = {"finger": finger, "texture": {"kind": "grating"}, "accuracy": {"tolerance": 1e-7}}
+    plain = prepare(scene_of(**sections))
+    simulated = prepare(scene_of(**sections, effects={"inertia": {}}))
     assert any("error of the acceleration" in text and "by step" not in text for text in plain.warnings)
     told = [text for text in simulated.warnings if "error of the acceleration" in text]
     assert len(told) == 1 and "step by step" in told[0]
