@@ -126,11 +126,17 @@ def _series(case: MotionCase) -> Iterator[Method]:
                 series = solved.spectrum.harmonics
             else:
                 z = case.contact.approach(np.arange(phases) / phases, load)[0]
-                series = harmonics_of(z, min(phases // 2, solved.reach))
+                series = harmonics_of(z, min(phases // 2, _longest(case)))
             curve = SeriesCurve(series)
             return _read(case, curve.heights, curve.nbytes, phases * a_phase, chosen=chosen)
 
         yield Method(_series_name(case, ratio), "harmonics", set_up, phases * a_phase)
+
+
+def _longest(case: MotionCase) -> int:
+    """Return the number of harmonics for which the plan has steps."""
+    assert case.solved.spectrum is not None
+    return len(case.solved.spectrum.harmonics) - 1
 
 
 def _read(case: MotionCase, heights: Heights, nbytes: int, setup: float, *, chosen: bool) -> Ready:
@@ -177,7 +183,7 @@ def _resized(case: MotionCase, contact: Contact, name: str, family: str) -> Meth
         """Return the series, ready to be read."""
         phases = _phases(case, 1.0)
         z = contact.approach(np.arange(phases) / phases, case.scene.scan.load)[0]
-        curve = SeriesCurve(harmonics_of(z, min(phases // 2, case.solved.reach)))
+        curve = SeriesCurve(harmonics_of(z, min(phases // 2, _longest(case))))
         return _read(case, curve.heights, curve.nbytes, phases * a_solution, chosen=False)
 
     return Method(name, family, set_up, _phases(case, 1.0) * a_solution)

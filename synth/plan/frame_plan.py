@@ -97,8 +97,8 @@ def plan_frames(asked: Request, contact: Contact, demand: Demand, series: Spectr
     errors = tuple(_error(series, place, demand) for place in range(len(demand.orders)))
     rate = scene.output.sample_rate / stride_of(scale)
     fastest = ScanMotion(scene).fastest() / contact.geometry.texture_period  # periods per second
-    if asked.reads_series:  # it ends with the harmonics of the demand, so that none fold
-        count = math.ceil((demand.total * fastest + scene.output.band_limit) / rate)
+    if asked.reads_series:  # none of its harmonics folds
+        count = math.ceil(((len(series.harmonics) - 1) * fastest + scene.output.band_limit) / rate)
         return counted(scene, scale, count, errors, CURVE_READ)
     # The number of phases was doubled until the series reached the tolerance, so fewer phases are enough.
     spared = min(max((max(series.errors) / demand.tolerance) ** (1.0 / FALL), 0.5), 1.0)

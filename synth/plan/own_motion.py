@@ -15,7 +15,7 @@ Limits  What is worse outside of the pieces is missed, and so is a peak between 
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Mapping
+from collections.abc import Collection, Hashable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -39,7 +39,7 @@ from synth.response.mean_approach import Mean, SolvedMean
 from synth.response.series_curve import SeriesCurve
 from synth.response.series_error import FLOOR
 from synth.sampling.band_filter import SOLUTIONS
-from synth.sampling.frame_solver import FrameSolver
+from synth.sampling.frame_solver import FrameSolver, Heights
 from synth.sampling.landing import MOST_FINER, pieces
 from synth.scene.scene import Scene
 
@@ -77,6 +77,8 @@ def own_motion(
         contact, mean, frames = with_pieces(asked, frames, contact, choice, tolerance)
     else:
         mean = own_mean(asked, contact, max(tolerance, left))
+        if frames is not None and asked.reads_series and not asked.live:
+            frames = frames.with_errors(_beyond_series(asked, frames))
     if all(channel.full_scale for channel in listed) or not (approach or differs):
         return contact, mean, frames, peaks, ""
     known = searched_orders(asked)
@@ -140,20 +142,13 @@ class _Pieces:
 
         They are the changes from fewer. Along a long motion, parts of it are judged.
         """
-        scene, orders, rate = self._steady.scene, self._steady.orders, self._steady.scene.output.sample_rate
         found = []
         for other in mean.coarser():
 
             def change(roots: Array, other: Mean = other) -> Array:
                 return other(roots) - mean(roots)
 
-            plan = self._plan
-            solver = FrameSolver(_none, scene, change, rate, count=plan.count, stride=plan.stride, scale=plan.scale)
-            last = max(0, math.ceil(scene.output.duration * rate / solver.chunk) - 1)
-            numbers = {round(one) for one in np.linspace(0, last, min(last + 1, MOST_CHUNKS))}
-            numbers |= {math.floor(place * rate / solver.chunk) for place in self._places}
-            frames = np.concatenate([solver.solved(number, orders) for number in sorted(numbers)], axis=1)
-            found.append(np.max(np.abs(frames), axis=1))
+            found.append(_largest(self._steady, self._plan, _none, change, self._places))
         return np.array(found)
 
     def changes(self, before: Array, frames: Array) -> Array:
@@ -162,6 +157,34 @@ class _Pieces:
         if not has_approach(self._steady.scene):
             change -= np.mean(change, axis=1, keepdims=True)
         return np.asarray(np.max(np.abs(change), axis=1))
+
+
+def _largest(
+    steady: SteadyScan, plan: FramePlan, heights: Heights, mean: Mean, places: Collection[float] = ()
+) -> Array:
+    """Return the largest magnitude (SI) of each order along a motion, of which parts are looked at if it is long.
+
+    heights, mean: as of `FrameSolver`.
+    places: times (s) that are among these parts.
+    """
+    scene, rate = steady.scene, steady.scene.output.sample_rate
+    solver = FrameSolver(heights, scene, mean, rate, count=plan.count, stride=plan.stride, scale=plan.scale)
+    last = max(0, math.ceil(scene.output.duration * rate / solver.chunk) - 1)
+    numbers = {round(one) for one in np.linspace(0, last, min(last + 1, MOST_CHUNKS))}
+    numbers |= {math.floor(place * rate / solver.chunk) for place in places}
+    frames = np.concatenate([solver.solved(number, steady.orders) for number in sorted(numbers)], axis=1)
+    return np.asarray(np.max(np.abs(frames), axis=1))
+
+
+def _beyond_series(steady: SteadyScan, plan: FramePlan) -> Array:
+    """Return the error of each order by the harmonics that a series has not, which a slow finger has in the band.
+
+    It is the change by the upper half of those that it has, relative to the peak-to-peak at the scan's own speed.
+    """
+    upper = steady.spectrum.harmonics.copy()
+    upper[: (len(upper) + 1) // 2] = 0.0
+    extents = [max(extent_and_peak(steady.series(order))[0], steady.least(order)) for order in steady.orders]
+    return _largest(steady, plan, SeriesCurve(upper).heights, np.zeros_like) / extents
 
 
 def _none(phases: Array, _loads: Array, _path: Array | None = None) -> Array:

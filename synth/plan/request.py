@@ -2,8 +2,8 @@
 
 Stage   2 (PLAN), the base of `preparation`, `channels` and `effect_choice`.
 Source  design, section 4.
-Limits  At most N_MAX harmonics are kept. A moving scan at a constant load keeps `reach` harmonics: MOVING_REACH times
-        as many as are in the band at its fastest speed.
+Limits  At most N_MAX harmonics are kept. A moving scan at a constant load is solved for `reach` harmonics:
+        MOVING_REACH times as many as are in the band at its fastest speed.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from synth.scene.scene import Scene
 
 N_MAX = 4096  # harmonics (design, section 4); more would cost proportionally more, far above the frequencies felt
 MOVING_REACH = 8  # ratio of the harmonics kept to those at the fastest speed u: down to the speed u / 8 none is lost
+MOST_READ = 5e5  # Hz at the fastest speed, of the harmonics of a series that a file reads: 10 steps a frame, 1 us
 FEWEST_MOVING = 64  # smallest number of harmonics of a moving scan, at any speed, as it is slow at its turns
 HAND_LOADS = (0.05, 1.8)  # N, usual loads of a hand (Fagiani & Barbieri, 2016, section 2)
 HAND_SPEEDS = (0.01, 0.16)  # m/s, usual range, extended to the scene's speed: faster hands are limited; with a lower
@@ -103,6 +104,17 @@ class Request:
         if not self.moving or self.of_levels:
             return self.highest
         return min(N_MAX, max(MOVING_REACH * self.highest, FEWEST_MOVING))
+
+    @property
+    def kept(self) -> int:
+        """Largest number of harmonics of a series: of a file that reads it along its motion, as many as it has.
+
+        Where a stroke turns it is so slow that all of them are in the band for a moment.
+        """
+        if self.live or not (self.moving and self.reads_series):
+            return self.reach
+        fastest = ScanMotion(self.scene).fastest() / self.period
+        return max(self.reach, min(N_MAX, math.floor(MOST_READ / fastest))) if fastest else self.reach
 
     @property
     def orders(self) -> tuple[int, ...]:

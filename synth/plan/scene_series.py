@@ -67,7 +67,7 @@ def shaped_contact(
 
 def series_of(asked: Request, contact: Contact, demand: Demand, cache: ResponseCache) -> Spectrum:
     """Return the series of z that meets `demand`, at the load of the request."""
-    what = pressed(asked.scene), demand, asked.reach
+    what = pressed(asked.scene), demand, asked.kept
     solve = partial(solve_spectrum, contact, *what)
     found = cache.get(
         ("spectrum", contact.key, *what), solve, partial(entry_of, asked.scene, contact, what, SPECTRUM_FORM)

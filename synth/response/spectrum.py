@@ -73,12 +73,13 @@ SPECTRUM_FORM = json_form(Spectrum.document, Spectrum.of)
 def solve_spectrum(response: Source, load: float, demand: Demand, keep: int = 0) -> Spectrum:
     """Return the series of `response` at `load` (N) that meets `demand`, or the best within the limits on work.
 
-    keep: number of harmonics returned, at least those of the demand. Harmonics above the demand have no error bound.
+    keep: largest number of harmonics returned: those of the demand, and more where there are phases for them, which
+        have no error bound.
     """
     keep = max(keep, demand.total)
     closed = response.closed(load)
     if closed is not None:
-        harmonics = np.zeros(keep + 1, dtype=np.complex128)
+        harmonics = np.zeros(demand.total + 1, dtype=np.complex128)
         harmonics[:2] = closed.mean, closed.first
         return Spectrum(harmonics, (1e-15,) * len(demand.orders), 0, True, "closed form")
     finer = response.refined()
@@ -112,7 +113,8 @@ def _grown(response: Source, load: float, demand: Demand, keep: int, most: int) 
         errors, good = series_errors(height, demand, scale)
         settled = (good and _probed(response, load, height, unseen, scale)) or demand.is_still(height)
         if settled or 2 * phases > most:
-            return Spectrum(harmonics_of(height, keep), errors, phases, False, response.solver(load).name)
+            kept = max(demand.total, min(keep, phases // 2))
+            return Spectrum(harmonics_of(height, kept), errors, phases, False, response.solver(load).name)
 
 
 def _midway(height: Array) -> Array:
