@@ -1,4 +1,4 @@
-"""The turns of a stroke, where it is so slow that all harmonics of the texture are in the band, against eq. 1 itself."""
+"""The turns of a stroke, where it is so slow that all harmonics of the texture are in the band, against eq. 1."""
 
 from __future__ import annotations
 
