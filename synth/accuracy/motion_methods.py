@@ -121,22 +121,18 @@ def _series(case: MotionCase) -> Iterator[Method]:
 
         def set_up(phases: int = phases, *, chosen: bool = ratio == 1.0) -> Ready:
             """Return the series, ready to be read."""
-            if chosen:
-                assert solved.spectrum is not None
-                series = solved.spectrum.harmonics
-            else:
-                z = case.contact.approach(np.arange(phases) / phases, load)[0]
-                series = harmonics_of(z, min(phases // 2, _longest(case)))
-            curve = SeriesCurve(series)
+            assert solved.spectrum is not None
+            curve = SeriesCurve(solved.spectrum.harmonics) if chosen else _series_of(case, case.contact, phases)
             return _read(case, curve.heights, curve.nbytes, phases * a_phase, chosen=chosen)
 
         yield Method(_series_name(case, ratio), "harmonics", set_up, phases * a_phase)
 
 
-def _longest(case: MotionCase) -> int:
-    """Return the number of harmonics for which the plan has steps."""
+def _series_of(case: MotionCase, contact: Contact, phases: int) -> SeriesCurve:
+    """Return the series of some phases of a contact, with no more harmonics than the plan has steps for."""
     assert case.solved.spectrum is not None
-    return len(case.solved.spectrum.harmonics) - 1
+    z = contact.approach(np.arange(phases) / phases, case.scene.scan.load)[0]
+    return SeriesCurve(harmonics_of(z, min(phases // 2, case.solved.spectrum.highest)))
 
 
 def _read(case: MotionCase, heights: Heights, nbytes: int, setup: float, *, chosen: bool) -> Ready:
@@ -182,8 +178,7 @@ def _resized(case: MotionCase, contact: Contact, name: str, family: str) -> Meth
     def set_up() -> Ready:
         """Return the series, ready to be read."""
         phases = _phases(case, 1.0)
-        z = contact.approach(np.arange(phases) / phases, case.scene.scan.load)[0]
-        curve = SeriesCurve(harmonics_of(z, min(phases // 2, _longest(case))))
+        curve = _series_of(case, contact, phases)
         return _read(case, curve.heights, curve.nbytes, phases * a_solution, chosen=False)
 
     return Method(name, family, set_up, _phases(case, 1.0) * a_solution)

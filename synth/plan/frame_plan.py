@@ -98,7 +98,7 @@ def plan_frames(asked: Request, contact: Contact, demand: Demand, series: Spectr
     rate = scene.output.sample_rate / stride_of(scale)
     fastest = ScanMotion(scene).fastest() / contact.geometry.texture_period  # periods per second
     if asked.reads_series:  # none of its harmonics folds
-        count = math.ceil(((len(series.harmonics) - 1) * fastest + scene.output.band_limit) / rate)
+        count = math.ceil((series.highest * fastest + scene.output.band_limit) / rate)
         return counted(scene, scale, count, errors, CURVE_READ)
     # The number of phases was doubled until the series reached the tolerance, so fewer phases are enough.
     spared = min(max((max(series.errors) / demand.tolerance) ** (1.0 / FALL), 0.5), 1.0)

@@ -5,6 +5,7 @@ Model   Pieces of a file along a path, or of a recording whose load varies, are 
         change when every second is left out is the folded error. While it exceeds its share of the tolerance, there are
         more steps. The change by segments, columns or cells twice as large is added. While the change by cells exceeds
         its share, they are halved, up to MOST_WORK. The mean of z is judged along the motion, too (`mean_choice`).
+        Of a file that reads a series, the change by the upper half of its harmonics is added.
         Where the peaks along the motion are not those of the steady scan, `motion_peak` finds them. On a long surface
         the peaks of displacement and approach are those at PLACES places.
 Source  design, section 4.

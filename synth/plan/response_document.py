@@ -25,7 +25,7 @@ def response_document(solved: Preparation) -> dict[str, Any]:
     spectrum, table, reach = solved.spectrum, solved.table, solved.reach if solved.moving else N_MAX
     held, scene = solved.highest if spectrum is not None else 0, solved.scene
     if spectrum is not None and solved.moving and solved.reads_series and not solved.live:
-        reach = len(spectrum.harmonics) - 1
+        reach = spectrum.highest
     if solved.direct is not None or solved.stretch is not None:  # every harmonic in the band is rendered
         held = reach = harmonics_in_band(scene, MOST_REPORTED)
     response: dict[str, Any] = {

@@ -55,6 +55,11 @@ class Spectrum:
     solver: str
     discrete: tuple[float, ...] = ()
 
+    @property
+    def highest(self) -> int:
+        """Number of the highest harmonic."""
+        return len(self.harmonics) - 1
+
     def document(self) -> dict[str, Any]:
         """Return the spectrum as a JSON document; `of` reads it back, bit for bit."""
         return asdict(self) | {"harmonics": self.harmonics.view(float).tolist()}
