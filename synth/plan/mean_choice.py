@@ -28,10 +28,11 @@ from synth.scene.scene import Scene
 MEAN_SHARE = 50.0  # times the tolerance: the mean over an area to begin with, whose error is then a twentieth of it
 ON_A_LINE = 30.0  # the same on a line
 PLACES_SHARE, SHARE = 0.1, 0.2  # of the tolerance: for the level of the mean, and for its changes along the motion
-ROUNDS = 8  # most times that the mean is solved
+ROUNDS = 12  # most times that the mean is solved
+BEGINS = 1e-4  # least tolerance of the mean to begin with, where the motion judges it
 FINEST, FINER = 1e-2, 0.5  # least and largest factor on the tolerance of the spline in a round
 GROWTH = 0.4  # the number of loads grows with that factor to this power: 0.25 of a smooth mean, 0.5 near kinks
-WORK = 0.4  # predicted s for the mean
+WORK = 1.0  # predicted s for the mean
 
 Judge = Callable[[SolvedMean], Array]
 """Returns the errors of each order (SI) along a motion, by the loads and by the places of a mean [2, orders]."""
@@ -103,15 +104,15 @@ class MeanChoice:
         choice = self
         for _round in range(ROUNDS):
             by_loads, by_places = np.max(judge(mean) / allowed, axis=1).tolist()
-            finer, work = choice, 1e-9 * len(mean.roots) * choice.places * solution_nanoseconds(choice.contact) / WORK
-            if by_places > 1.0 and choice.places < MOST_PLACES and 2.0 * work < 1.0:
-                finer, work = replace(finer, places=2 * choice.places), 2.0 * work
+            work = 1e-9 * len(mean.roots) * choice.places * solution_nanoseconds(choice.contact) / WORK
             factor = max(0.5 / max(by_loads, 1e-9), FINEST, work ** (1.0 / GROWTH))
-            if by_loads > 1.0 and factor < FINER:
-                finer = replace(finer, tolerance=factor * choice.tolerance)
-            if finer is choice:
+            if by_places > max(by_loads, 1.0) and choice.places < MOST_PLACES and 2.0 * work < 1.0:
+                choice = replace(choice, places=2 * choice.places)
+            elif by_loads > 1.0 and factor < FINER:
+                choice = replace(choice, tolerance=factor * choice.tolerance)
+            else:
                 break
-            choice, mean = finer, finer.solved()
+            mean = choice.solved()
         return choice, mean
 
 

@@ -31,7 +31,7 @@ from synth.plan.channels import SteadyScan, extent_and_peak
 from synth.plan.direct_plan import PATH_SLOPE
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.frame_plan import FALL, PATIENCE, STILL_SOLVED, FramePlan, solution_nanoseconds
-from synth.plan.mean_choice import SHARE, MeanChoice, has_approach, own_mean, pressed
+from synth.plan.mean_choice import BEGINS, SHARE, MeanChoice, has_approach, own_mean, pressed
 from synth.plan.motion_peak import NEAR_MARGIN, differs_from_cruise, peaks_along, searched_orders
 from synth.plan.request import harmonics_in_band
 from synth.plan.swing import Swing, turning_changes
@@ -74,7 +74,7 @@ def own_motion(
     left = min(frames.errors, default=0.0) if frames and not still else 0.0  # by cells: the mean need not be nearer
     in_pieces = asked.over_area or (scene.scan.trajectory is not None and asked.load_varies)
     if frames is not None and in_pieces:
-        choice = MeanChoice.of(asked, contact, max(tolerance, left))
+        choice = MeanChoice.of(asked, contact, max(tolerance, left, BEGINS))
         contact, mean, frames = with_pieces(asked, frames, contact, choice, tolerance)
     else:
         mean = own_mean(asked, contact, max(tolerance, left))

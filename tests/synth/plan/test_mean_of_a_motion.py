@@ -64,3 +64,14 @@ def test_the_error_of_the_mean_is_told(texture: dict[str, Any], speed: float, li
     extents = np.array([channel.extent for channel in solved.channels])
     missed = np.max(np.abs(found - exact), axis=1)
     assert np.all(missed <= told), f"{missed / extents} of the peak-to-peak, told {told / extents}"
+
+
+def test_a_tighter_tolerance_has_a_nearer_mean() -> None:
+    times = np.linspace(0.0, 1.0, 51)
+    places = 0.02 * np.sin(1.2 * math.pi * times) + 0.03 * times
+    loads = np.maximum(0.0, 0.6 + 0.8 * np.sin(2.2 * math.pi * times))
+    scan = {"trajectory": np.stack([times, places, loads], axis=1).tolist()}
+    output = {"sample_rate": RATE, "bandwidth": 500, "channels": ["displacement"]}
+    document = {"texture": {"kind": "grating-800um-40um"}, "scan": scan, "output": output}
+    scene = parse_scene(document | {"accuracy": {"tolerance": 1e-5}})
+    assert prepare(scene, ResponseCache()).channels[0].error < 5e-5
