@@ -30,7 +30,7 @@ from synth.response_cache import ResponseCache
 
 SERIES_SHARE = 0.7  # part of the tolerance of a scan that moves or is simulated; landings, steps and points: the rest
 TIGHTEST, LOOSEST = 1e-7, 3e-2  # range of the tolerance for "imperceptible", which is the range of accuracy.tolerance
-OF_LEVELS = 2e-2  # least tolerance of a series that gives only the levels of a live voice, which solves directly
+OF_LEVELS = 2e-2  # least tolerance of a series that gives only the levels of a live voice
 
 
 def shaped_contact(
@@ -47,8 +47,7 @@ def shaped_contact(
         demand = Demand(max(asked.highest, 1), asked.orders, left)
         contact, shapes = shape_for(contact, scene, demand, loads, asked.turns, tolerance)
         contact.geometry_at(max(*loads, scene.scan.lift_load))  # raises if the contact is too long at this load
-    if asked.live and asked.of_levels:
-        left = max(left, OF_LEVELS)
+    left = of_series(asked, left)
     simulated = any(asked_effects(scene, Kind.BALANCE))
     share = SERIES_SHARE if asked.moving or simulated else 1.0
     still = 0.0 if asked.live and asked.moving else SMALLEST_MOTION
@@ -63,6 +62,14 @@ def shaped_contact(
         if simulated and asked.moving:
             errors[list(asked.orders)] = found
     return contact, shapes, demand, errors
+
+
+def of_series(asked: Request, tolerance: float) -> float:
+    """Return the tolerance of the series where the rest of the request has `tolerance`.
+
+    A live voice that moves has only its levels from the series: it reads a table, or solves along its motion.
+    """
+    return max(tolerance, OF_LEVELS) if asked.live and asked.moving else tolerance
 
 
 def series_of(asked: Request, contact: Contact, demand: Demand, cache: ResponseCache) -> Spectrum:
