@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from clients.command_line.exit_codes import DONE, invalid_request
-from clients.command_line.printing import print_json, print_table
+from clients.command_line.printing import print_json, print_table, warn
 from clients.command_line.scene_argument import check_unchanged, read_scene
 
 
@@ -40,6 +40,8 @@ def _print(felt: dict[str, Any], as_json: bool) -> None:
     if as_json:
         print_json(felt)
         return
+    for text in felt.get("warnings", []):
+        warn(text)
     rows = []
     for one in felt["receptors"]:
         level = "nothing" if one["level"] is None else f"{one['level']:.1f} dB"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 from typing import Any
 
@@ -60,6 +61,7 @@ def _rows(one: Any) -> list[tuple[str, ...]]:
     for line in one.lines[:SHOWN]:
         measured = line.measured
         word = f"{measured.amplitude:.3g}" if measured.found else "mains" if measured.mains else "not found"
+        model = "" if math.isnan(line.model) else f"{line.model:.3g}"
         difference = "" if line.difference is None else f"{line.difference:+.2f} dB"
-        rows.append((str(measured.number), f"{measured.frequency:.5g}", word, f"{line.model:.3g}", difference))
+        rows.append((str(measured.number), f"{measured.frequency:.5g}", word, model, difference))
     return rows

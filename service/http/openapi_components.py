@@ -121,8 +121,9 @@ _ANALYSIS = _object(
         "intensity": _NUMBER | {"description": "Of the vibration, in thresholds."},
         "spatial_variation": _NUMBER | {"description": "Of the pattern, in thresholds of SA1; a recording has none."},
         "felt_by": _TEXT | {"enum": ["vibration and spatial pattern", "vibration", "spatial pattern", "nothing"]},
+        "warnings": _TEXTS | {"description": "Of a recording."},
     },
-    ("spatial_variation",),
+    ("spatial_variation", "warnings"),
 )
 _PLAY = _object(
     {

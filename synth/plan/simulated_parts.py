@@ -124,8 +124,8 @@ def _series_words(solved: Preparation) -> str:
     if not spectrum.closed:
         how = (
             f"z is solved at {spectrum.phases} phases of the texture period ({spectrum.solver}) and kept "
-            f"as {solved.highest} harmonics, for a tolerance of {of_series(solved, solved.tolerance):.3g} of the peak-to-peak of each "
-            "quantity."
+            f"as {solved.highest} harmonics, for a tolerance of {of_series(solved, solved.tolerance):.3g} of the "
+            "peak-to-peak of each quantity."
         )
     if solved.stretch is not None:
         how += (

@@ -22,7 +22,7 @@ from synth.errors import Fault, InvalidRequest, shown
 from synth.scene.merge import merge_patch
 from synth.scene.scene import Scene, parse_scene, scene_document
 from synth.study.force_outcome import FORCE, force_lines
-from synth.study.line_search import Line, Spectrum, fundamental_of, lines_at, spectrum_of
+from synth.study.line_search import Line, Spectrum, fundamental_of, lines_at, pause_of, spectrum_of
 from synth.study.steady_outcome import outcome_of
 from synth.study.variables import QUANTITIES
 
@@ -31,6 +31,8 @@ SEARCH = 0.15  # of the stated speed, to each side
 MOST_LINES, PHASES = 64, 1024
 FEWEST = 256  # samples of a recording
 CLIPPED, RUN = 1e-3, 3  # part of samples at the ends of the range; equal ones in a row that show clipping
+PERIODS = 2.0  # of the texture, over which the level of a pause is taken at least
+ABSENT = 1e-3  # of the strongest line of the model: weaker ones are rounding, or cancelled by the ridges of a comb
 STEADY = 0.5  # part of the recording that has most of its power; less is told
 OFF = 0.005  # of the speed: a larger difference is told
 
@@ -83,19 +85,21 @@ def compared(scene: Scene, values: Array, rate: float, quantity: str, name: str,
     Raises InvalidRequest for a quantity or a recording that cannot be compared, SceneError as `outcome_of` does.
     """
     _check(values, rate, quantity, scene)
-    spectrum, warnings = spectrum_of(values - np.mean(values), rate), _doubts(values)
-    if spectrum.steady < STEADY:
-        part = 100.0 * spectrum.steady
-        warnings.append(f"The level varies: most of the power is in {part:.2g} % of the recording. Cut it to the scan.")
     stated = abs(scene.scan.speed)
     centre = stated / scene.texture.period
+    spectrum, warnings = spectrum_of(values - np.mean(values), rate), _doubts(values)
+    if pause := pause_of(values, rate, PERIODS / centre):
+        warnings.append(pause)
+    elif spectrum.steady < STEADY:
+        part = 100.0 * spectrum.steady
+        warnings.append(f"The level varies: most of the power is in {part:.2g} % of the recording. Cut it to the scan.")
     top = min(scene.output.bandwidth_hz, 0.45 * rate)
     count = max(1, min(MOST_LINES, int(top / centre)))
     fundamental, tried = fundamental_of(spectrum, (1.0 - SEARCH) * centre, (1.0 + SEARCH) * centre, count)
     measured = lines_at(spectrum, fundamental, count, tried)
     if not any(one.found for one in measured):
         warnings.append("No line stands out of the noise: the speed is not fitted, and nothing is compared.")
-        lines = tuple(Compared(one, math.nan, None) for one in measured)
+        lines = tuple(Compared(one, math.nan, None) for one in lines_at(spectrum, centre, count, tried))
         return Comparison(name, quantity, rate, stated, None, None, lines, spectrum, tuple(warnings))
     speed = fundamental * scene.texture.period
     if abs(speed - stated) > OFF * stated:
@@ -104,10 +108,15 @@ def compared(scene: Scene, values: Array, rate: float, quantity: str, name: str,
         warnings.append(f"{fits}: the speed, the period or the rate of the recording is another.")
     document = merge_patch(scene_document(scene), {"scan": {"speed": speed}, "output": {"bandwidth": "full"}})
     sizes = _model(parse_scene(document), quantity, fundamental, count)
+    modelled = sizes > ABSENT * np.max(sizes)
     differences = [
-        20.0 * math.log10(one.amplitude / size) if one.found and size > 0.0 and one.amplitude > 0.0 else None
-        for one, size in zip(measured, sizes.tolist(), strict=True)
+        20.0 * math.log10(one.amplitude / size) if one.found and has and one.amplitude > 0.0 else None
+        for one, size, has in zip(measured, sizes.tolist(), modelled.tolist(), strict=True)
     ]
+    absent = [str(one.number) for one, has in zip(measured, modelled.tolist(), strict=True) if one.found and not has]
+    if absent:
+        which = f"Line {absent[0]} is" if len(absent) == 1 else f"Lines {', '.join(absent[:-1])} and {absent[-1]} are"
+        warnings.append(f"{which} not in the model (60 dB below its strongest line, or less), and not compared.")
     gain = None
     if not scaled:
         known = [one for one in differences if one is not None]

@@ -3,12 +3,15 @@
 Stage   STUDY, used by `comparison` and `sound_outcome`.
 Model   A file of ridgewave has its quantity and scale. Another WAV or FLAC has samples without a scale, unless one is
         given. A table (CSV, Parquet) has the samples in a column, and a rate, or times in a column `t` or `time`.
-Limits  Times at equal steps; a step that is off by more than STEPS is refused.
+        A table has commas, semicolons or tabs between its columns, and decimal points or commas.
+Limits  Times at equal steps: those of a clock that are off by more than LATE are refused.
 """
 
 from __future__ import annotations
 
+import itertools
 import os
+import re
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -26,7 +29,9 @@ if TYPE_CHECKING:
 
 SOUNDS, TABLES = (".wav", ".flac"), (".csv", ".parquet")
 TIMES = ("t", "time", "t (s)", "time (s)", "time_s")
-STEPS = 0.05  # of the mean step
+LATE = 0.75  # of a step: a time is off by no more, as times may be rounded to whole ms at 1024 Hz
+AGREES = 0.01  # of the rate of a table with times: a rate that is written beside them
+MOST_HEADER = 64  # lines of a table in which its separator is looked for
 MOST_SAMPLES = 1 << 24  # of a file from anybody: a FLAC of 1 MB may hold hours of silence
 
 
@@ -147,32 +152,58 @@ def _table(path: Path, column: str | None, rate: float | None, scale: float | No
     except ModuleNotFoundError:
         raise CannotRender("Tables need pandas: pip install 'ridgewave[study]'.") from None
     try:
-        table: Any = pandas.read_parquet(path) if path.suffix.lower() == ".parquet" else pandas.read_csv(path)
+        parquet = path.suffix.lower() == ".parquet"
+        table: Any = pandas.read_parquet(path) if parquet else pandas.read_csv(path, **_layout(path))
     except (ValueError, pandas.errors.ParserError) as error:
-        raise _refused("/recording", str(path), "a table with a header", "Is it complete?") from error
+        allowed = "a header row, then rows of numbers between commas, semicolons or tabs; comments begin with #"
+        raise _refused("/recording", str(path), allowed, "Is it complete?") from error
     names = [str(name) for name in table.columns]
     times = [name for name in names if name.strip().lower() in TIMES]
     others = [name for name in names if name not in times]
     chosen = column if column is not None else others[0] if len(others) == 1 else None
     if chosen not in names:
-        raise _refused("/column", str(column), f"one of {', '.join(others)}", "Name the column of the samples.")
-    if rate is not None and times:
-        hint = f"The times are in the column {times[0]}. Leave the rate out."
-        raise _refused("/rate", f"{rate:g}", "nothing with a table that has times", hint)
+        allowed = f"one of {', '.join(others)}"
+        raise _refused("/column", chosen or "none", allowed, "Name the column of the samples.")
     values = pandas.to_numeric(table[chosen], errors="coerce").to_numpy(np.float64)
     if not np.all(np.isfinite(values)):
         row = int(np.flatnonzero(~np.isfinite(values))[0])
         raise _refused("/column", f"row {row + 1} of {chosen}", "a finite number in every row", "Fill or cut the gap.")
-    if rate is None:
-        if not times:
+    clock = pandas.to_numeric(table[times[0]], errors="coerce").to_numpy(np.float64) if times else None
+    return Recording(path.name, values * (1.0 if scale is None else scale), _rate(clock, rate), "", scale is not None)
+
+
+def _layout(path: Path) -> dict[str, Any]:
+    """Return how pandas reads the text of a logger: separator, decimal sign, comments, and a header after a #."""
+    with path.open(encoding="utf-8-sig", errors="replace") as file:
+        lines = [line for line in itertools.islice(file, MOST_HEADER) if line.strip()]
+    comments = list(itertools.takewhile(lambda line: line.startswith("#"), lines))
+    beginning = lines[len(comments) : len(comments) + 2]
+    separator = next((one for one in ("\t", ";") if beginning and one in beginning[0]), ",")
+    commas = separator != "," and bool(beginning) and re.search(r"\d,\d", beginning[-1]) is not None
+    how: dict[str, Any] = {"sep": separator, "decimal": "," if commas else ".", "comment": "#", "encoding": "utf-8-sig"}
+    first = beginning[0].split(separator)[0].strip().replace(",", ".") if beginning else ""
+    if comments and re.fullmatch(r"[-+]?\d*\.?\d+(e[-+]?\d+)?", first.lower()):  # its header is a comment too
+        how |= {"header": None, "names": [one.strip() for one in comments[-1].lstrip("#").split(separator)]}
+    return how
+
+
+def _rate(clock: Array | None, rate: float | None) -> float:
+    """Return the rate (Hz) of a table; clock: its times (s)."""
+    if clock is None:
+        if rate is None:
             raise _refused("/rate", "none", "a rate, or a column t or time", "Write --rate 10000.")
-        clock = table[times[0]].to_numpy(np.float64)
-        steps = np.diff(clock)
-        mean = float(np.mean(steps)) if len(steps) else 0.0
-        if mean <= 0.0 or np.max(np.abs(steps - mean)) > STEPS * mean:
-            raise _refused("/recording", times[0], "times at equal steps", "Resample it, or write --rate.")
-        rate = 1.0 / mean
-    return Recording(path.name, values * (1.0 if scale is None else scale), rate, "", scale is not None)
+        return rate
+    numbers = np.arange(len(clock))
+    step, begin = np.polyfit(numbers, clock, 1) if len(clock) > 1 and np.all(np.isfinite(clock)) else (0.0, 0.0)
+    even = step > 0.0 and np.max(np.abs(clock - begin - step * numbers)) <= LATE * step
+    if rate is None:
+        if not even:
+            raise _refused("/recording", "its times", "times at equal steps", "Resample it, or write --rate.")
+        return float(1.0 / step)
+    if even and abs(rate * step - 1.0) > AGREES:
+        hint = "Leave the rate out, or the column of the times."
+        raise _refused("/rate", f"{rate:g} Hz", f"{1.0 / step:.6g} Hz, as the times of the table say", hint)
+    return rate
 
 
 def quantity_of(recording: Recording, asked: str | None) -> str:

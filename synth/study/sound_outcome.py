@@ -16,6 +16,7 @@ from synth.arrays import Array
 from synth.errors import Fault, InvalidRequest, shown
 from synth.perception.contactor import contactor_felt
 from synth.perception.skin import intensity
+from synth.study.line_search import pause_of
 from synth.study.recordings import Recording, quantity_of
 from synth.study.variables import QUANTITIES
 
@@ -31,6 +32,7 @@ def sound_felt(recording: Recording, quantity: str | None = None) -> dict[str, A
     """
     said = quantity_of(recording, quantity)
     _check(recording.values, recording.rate, said, scaled=recording.scaled)
+    pause = pause_of(recording.values, recording.rate)
     felt = contactor_felt(recording.values, recording.rate, QUANTITIES.index(said))
     levels = [one.level for one in felt if one.level is not None]
     return {
@@ -39,6 +41,7 @@ def sound_felt(recording: Recording, quantity: str | None = None) -> dict[str, A
         "pacinian_power": felt[-1].power,
         "intensity": intensity(felt),
         "felt_by": "vibration" if max(levels, default=-1.0) > 0.0 else "nothing",
+        "warnings": [pause] if pause else [],
     }
 
 

@@ -129,6 +129,30 @@ def test_an_unknown_scale_is_one_gain() -> None:
     assert np.median(known) == pytest.approx(0.0, abs=1e-9)
 
 
+def test_a_line_that_the_model_has_not_is_told_and_decides_no_gain() -> None:
+    """The equal ridges of a comb cancel the odd lines of a grating of 1 mm; a real finger has them."""
+    scene: dict[str, Any] = {"texture": {"kind": "grating-1mm-31um"}}
+    values, sizes = recording(scene, 3, noise=0.01)
+    t = np.arange(len(values)) / RATE
+    values += 0.3 * np.sin(2.0 * math.pi * 80.0 * t) + 0.2 * np.sin(2.0 * math.pi * 560.0 * t)
+    assert sizes[0] < 1e-9 * np.max(sizes)
+    found = beside(scene, 0.05 * values, scaled=False)
+    assert found.gain == pytest.approx(26.02, abs=0.1)
+    assert any("Lines 1 and 7 are not in the model" in text for text in found.warnings)
+    for one in found.lines:
+        assert one.difference is None or abs(one.difference) < 0.5
+
+
+@pytest.mark.parametrize("idle", [1.0, 2.0, 4.0, 8.0])
+def test_a_pause_is_told_with_what_it_takes_from_the_levels(idle: float) -> None:
+    values, _sizes = recording(TIP, 2, noise=0.05)
+    rest = 0.03 * np.std(values) * np.random.default_rng(3).standard_normal(round(idle * RATE))
+    found = beside(TIP, np.concatenate([rest[: len(rest) // 2], values, rest[len(rest) // 2 :]]))
+    lower = 10.0 * math.log10(1.0 + idle / SECONDS)
+    assert any(f"some {lower:.1f} dB lower" in text for text in found.warnings)
+    assert not beside(TIP, values).warnings
+
+
 def test_a_render_is_its_own_model(tmp_path: Any) -> None:
     sound = rw.render(TIP, output={"duration": "2 s", "sample_rate": 8000})
     found = rw.compare(TIP, sound, sound.save(tmp_path / "scan.wav"))

@@ -95,3 +95,32 @@ def test_what_a_file_knows_is_not_overruled(tmp_path: Path) -> None:
         rw.analyze({}, scale=2.0)
     with pytest.raises(rw.InvalidRequest, match="real numbers"):
         rw.analyze(np.ones(9000) * 1j, quantity="velocity", rate=8000)
+
+
+LOGGERS = ["time;az\n{0};{1}", "# fs 4000 Hz\n# logger 7\ntime,az\n{0},{1}", "# time\taz\n{0}\t{1}"]
+
+
+@pytest.mark.parametrize(
+    ("text", "decimal"), [*((text, ".") for text in LOGGERS), (LOGGERS[0], ","), (LOGGERS[2], ",")]
+)
+def test_tables_as_loggers_write_them(tmp_path: Path, text: str, decimal: str) -> None:
+    pytest.importorskip("pandas")
+    header, row = text.rsplit("\n", 1)
+    rows = [row.format(f"{n / RATE:.6f}", f"{one:.9f}") for n, one in enumerate(VALUES.tolist())]
+    body = "\n".join(rows).replace(".", decimal)
+    (tmp_path / "a.csv").write_text(f"\ufeff{header}\n{body}", "utf-8")
+    found = read_recording(tmp_path / "a.csv")
+    assert found.rate == pytest.approx(RATE, rel=1e-5) and found.values == pytest.approx(VALUES, abs=1e-8)
+
+
+def test_times_may_be_rounded_and_a_rate_may_be_written_beside_them(tmp_path: Path) -> None:
+    exact = np.arange(2000) / 1024.0
+    jitter = exact + np.random.default_rng(1).normal(0.0, 0.05 / 1024.0, 2000)
+    for name, times in (("ms.csv", np.round(exact, 3)), ("jitter.csv", jitter)):
+        found = read_recording(table(tmp_path / name, t=times, az=VALUES))
+        assert found.rate == pytest.approx(1024.0, rel=1e-3)
+        assert read_recording(tmp_path / name, rate=1024.0).rate == 1024.0
+    uneven = table(tmp_path / "uneven.csv", t=exact**1.5, az=VALUES)
+    assert read_recording(uneven, rate=1024.0).rate == 1024.0
+    with pytest.raises(rw.InvalidRequest, match="as the times of the table say"):
+        read_recording(tmp_path / "ms.csv", rate=2000.0)

@@ -58,6 +58,14 @@ def test_two_tones_add_their_powers_and_a_silent_sound_is_not_felt() -> None:
     assert (silent["whole_finger_level"], silent["felt_by"], silent["intensity"]) == (None, "nothing", 0.0)
 
 
+def test_a_pause_is_told() -> None:
+    tone = np.sin(2.0 * np.pi * 200.0 * np.arange(8000) / 4000.0)
+    whole, paused = (
+        rw.analyze(values, quantity="acceleration", rate=4000.0) for values in (tone, np.append(tone, np.zeros(2000)))
+    )
+    assert whole["warnings"] == [] and "20 % of the recording is quieter" in paused["warnings"][0]
+
+
 def test_a_rendered_scene_feels_as_its_whole_finger() -> None:
     scene: dict[str, Any] = {"texture": {"period": "0.5 mm"}, "scan": {"load": 0.4}}
     expected = rw.analyze(scene)["whole_finger_level"]
