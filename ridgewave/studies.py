@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ridgewave.scenes import parse_scene
+from service.store.own_textures import imported_textures
 from synth.errors import Fault, InvalidRequest, shown
 from synth.scene.scene import scene_document
 
@@ -64,6 +65,8 @@ def sweep(
         raise InvalidRequest([Fault("/workers", shown(workers), "a whole number from 1, or None", hint)])
     needed("xarray")
     document = {"scene": scene_document(parse_scene(scene)), "axes": axes, "sample": sample}
+    if not isinstance(kinds := axes.get("texture.kind", ()), Mapping):
+        document["textures"] = imported_textures(kinds)
     spec = read_spec({**document, "phases": phases, "lines": lines, "skin": skin, "most_scenes": most_scenes})
     with tempfile.TemporaryDirectory(prefix="ridgewave-study-") as own:
         folder = Path(own if parts is None else parts)

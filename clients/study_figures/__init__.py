@@ -13,6 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
+from synth.encode.part_file import check_folder
 from synth.errors import CannotRender, Fault, InvalidRequest
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ def check_figure(name: str | None, paths: Sequence[str]) -> None:
         if Path(path).suffix.lower() not in ENDINGS:
             allowed = f"a name that ends in {', '.join(ENDINGS)}"
             raise InvalidRequest([Fault("/figure", path, allowed, "Write map.svg.")])
+        check_folder(Path(path), "/figure")
     try:
         if paths:
             import_module("matplotlib")

@@ -6,6 +6,7 @@ Limits: the folder is that of RIDGEWAVE_DATA_FOLDER or of the platform. A servic
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from service.store.data_folder import folder_of_environment
@@ -34,3 +35,10 @@ def with_imported(document: Any) -> Any:
     store = own_store()
     add_source(store.surface)
     return store.named(document, "")
+
+
+def imported_textures(kinds: Iterable[Any]) -> dict[str, dict[str, Any]]:
+    """Return the texture of each of `kinds` that is the name of an imported one. Raises SceneError for one near it."""
+    asked = {one: {"kind": one} for one in kinds if isinstance(one, str)}
+    found = {one: with_imported({"texture": texture})["texture"] for one, texture in asked.items()}
+    return {one: texture for one, texture in found.items() if texture != asked[one]}

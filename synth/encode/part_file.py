@@ -19,7 +19,7 @@ import secrets
 from pathlib import Path
 from typing import BinaryIO
 
-from synth.errors import CannotRender, NameTaken
+from synth.errors import CannotRender, Fault, InvalidRequest, NameTaken
 
 NAME_BYTES = 200  # bytes of the target's name that the part file's name keeps, to stay below the usual limit of 255
 
@@ -82,6 +82,13 @@ class PartFile:
             self.stream.close()
         if self._part is not None:
             self._part.unlink(missing_ok=True)
+
+
+def check_folder(path: Path, pointer: str) -> None:
+    """Raise InvalidRequest if the folder of `path` does not exist; pointer: of the fault."""
+    if not path.parent.is_dir():
+        hint = f"Make {path.parent} first."
+        raise InvalidRequest([Fault(pointer, str(path), "a name in a folder that exists", hint)])
 
 
 def write_whole(path: Path, content: bytes) -> None:

@@ -1,8 +1,8 @@
 """Scenes that are solved together, and the files from which an interrupted study goes on.
 
 Stage   STUDY.
-Model   A chunk is CHUNK scenes, fewer of what the skin feels. Its file is named by a hash of its scenes, of phases and
-        lines, and of the source of the engine, so a study finds what another run, or another study with the same
+Model   A chunk is CHUNK scenes, fewer where a scene takes long. Its file is named by a hash of its scenes, of phases
+        and lines, and of the source of the engine, so a study finds what another run, or another study with the same
         scenes, has finished. A file is written under another name and renamed when it is complete; one that cannot be
         read counts as absent.
         A scene that cannot be solved has NaN everywhere, and its reason.
@@ -14,7 +14,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields
 from hashlib import sha256
@@ -26,11 +26,13 @@ import numpy as np
 
 from synth.errors import CannotRender, InvalidRequest
 from synth.kept_files import source_hash
+from synth.scene.scene import Scene
 from synth.study.spec import StudySpec, scene_at
 from synth.study.variables import VARIABLES, shape_of
+from synth.surfaces.surface_data import SurfaceData, remember, surface_at
 
-CHUNK = 256  # scenes: a second of a comb; a smaller one loses less to an interrupt, and costs more files
-CHUNK_SKIN = 8  # scenes of a study with "skin", each of which takes up to some seconds
+CHUNK = 32  # scenes: a second or two of a fingertip; an interrupt loses a chunk, and smaller ones cost more files
+CHUNK_SLOW = 4  # scenes with effects, or of what the skin feels, each of which takes up to some seconds
 REASON = "reason"
 Numbers = dict[str, np.ndarray[Any, Any]]
 
@@ -42,7 +44,8 @@ class Chunk:
     first: number of the first one.
     base: document of the scene that the values change.
     values: of every axis, for each scene.
-    phases, lines, skin: as of the spec.
+    phases, lines, skin, textures: as of the spec.
+    surfaces: the imported surfaces of these scenes, which another process does not know.
     """
 
     first: int
@@ -51,22 +54,49 @@ class Chunk:
     phases: int
     lines: int
     skin: bool
+    textures: dict[str, dict[str, Any]]
+    surfaces: tuple[SurfaceData, ...]
+
+    def scene(self, number: int) -> Scene:
+        """Return one of its scenes. Raises SceneError where its values are no scene."""
+        for one in self.surfaces:
+            remember(one)
+        return scene_at(self.base, self.values[number], self.textures)
 
     @property
     def name(self) -> str:
         """Name of its file."""
-        decided = {one.name: getattr(self, one.name) for one in fields(self) if one.name != "first"}
+        decided = {one.name: getattr(self, one.name) for one in fields(self) if one.name not in ("first", "surfaces")}
         return sha256(f"{source_hash()} {json.dumps(decided, sort_keys=True)}".encode()).hexdigest() + ".npz"
 
 
 def chunks_of(spec: StudySpec) -> Iterator[Chunk]:
     """Yield the chunks of a study, in order."""
-    columns = spec.columns()
-    size = CHUNK_SKIN if spec.skin else CHUNK
+    slow = spec.skin or bool(spec.scene.get("effects")) or any(one.name.startswith("effects") for one in spec.axes)
+    size, columns, surfaces = CHUNK_SLOW if slow else CHUNK, spec.columns(), _surfaces(spec)
     for first in range(0, spec.count, size):
-        some = range(first, min(first + size, spec.count))
-        values = tuple({name: column[number] for name, column in columns.items()} for number in some)
-        yield Chunk(first, spec.scene, values, spec.phases, spec.lines, spec.skin)
+        yield _chunk(spec, range(first, min(first + size, spec.count)), columns, surfaces)
+
+
+def chunk_of_some(spec: StudySpec, numbers: Sequence[int]) -> Chunk:
+    """Return a chunk with some scenes of a study."""
+    return _chunk(spec, numbers, spec.columns(), _surfaces(spec))
+
+
+def _chunk(
+    spec: StudySpec, numbers: Sequence[int], columns: dict[str, list[Any]], surfaces: tuple[SurfaceData, ...]
+) -> Chunk:
+    values = tuple({name: column[number] for name, column in columns.items()} for number in numbers)
+    return Chunk(numbers[0], spec.scene, values, spec.phases, spec.lines, spec.skin, spec.textures, surfaces)
+
+
+def _surfaces(spec: StudySpec) -> tuple[SurfaceData, ...]:
+    """Return the imported surfaces that a study names."""
+    textures = [spec.scene.get("texture", {}), *spec.textures.values()]
+    textures += [value for axis in spec.axes if axis.name == "texture" for value in axis.values]
+    addresses = {str(one["surface"]) for one in textures if one.get("surface") is not None}
+    found = (surface_at(address) for address in sorted(addresses))
+    return tuple(one for one in found if one is not None)
 
 
 def solved(chunk: Chunk) -> Numbers:
@@ -75,10 +105,10 @@ def solved(chunk: Chunk) -> Numbers:
     from synth.study.steady_outcome import outcome_of
 
     rows, reasons = [], []
-    for values in chunk.values:
+    for number in range(len(chunk.values)):
         reason = ""
         try:
-            scene = scene_at(chunk.base, values)
+            scene = chunk.scene(number)
             found = outcome_of(scene, chunk.phases, chunk.lines)
             if chunk.skin:
                 from synth.study.skin_outcome import levels_of

@@ -16,7 +16,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.errors import CannotRender
-from synth.study.chunks import Chunk, solved
+from synth.study.chunks import chunk_of_some, solved
 from synth.study.spec import StudySpec
 
 SCENES, FEWEST, TIMES, STEPS = 48, 16, 4, 5
@@ -32,15 +32,14 @@ def accuracy_rows(spec: StudySpec) -> list[dict[str, Any]]:
     verdicts: part of the scenes that are felt here and not in the last row, or the reverse.
     Raises CannotRender where none of the scenes can be solved.
     """
-    columns, numbers = spec.columns(), np.unique(np.linspace(0, spec.count - 1, SCENES).astype(int)).tolist()
-    values = tuple({name: column[number] for name, column in columns.items()} for number in numbers)
-    chunk = Chunk(0, spec.scene, values, FEWEST, 1, skin=False)
+    numbers = np.unique(np.linspace(0, spec.count - 1, SCENES).astype(int)).tolist()
+    chunk = replace(chunk_of_some(spec, numbers), phases=FEWEST, lines=1, skin=False)
     solved(chunk)  # kernels and fingers are prepared
     found, rows = [], list[dict[str, Any]]()
     for count in (FEWEST * TIMES**n for n in range(STEPS)):
         started = perf_counter()
         found.append(solved(replace(chunk, phases=count)))
-        rows.append({"phases": count, "seconds": (perf_counter() - started) * spec.count / len(values)})
+        rows.append({"phases": count, "seconds": (perf_counter() - started) * spec.count / len(numbers)})
     best = found[-1]
     if not np.isfinite(best["rms"]).any():
         raise CannotRender(f"None of the scenes can be solved: {best['reason'][0]}")

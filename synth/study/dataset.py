@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from synth.encode.part_file import check_folder
 from synth.errors import CannotRender, Fault, InvalidRequest
 from synth.study.axes import label
 from synth.study.chunks import REASON, chunks_of, read
@@ -110,13 +111,14 @@ def opened(path: Path) -> Any:
 
 
 def checked_path(path: Path, *, overwrite: bool) -> None:
-    """Refuse a file that cannot be written: of another ending, that exists, or for which a library is missing."""
+    """Refuse a file that cannot be written: of another ending, that exists, without a folder, or without a library."""
     if path.suffix not in ENDINGS:
         allowed = f"a name that ends in {', '.join(ENDINGS)}"
         raise InvalidRequest([Fault("/output", str(path), allowed, "Write map.nc or map.csv.")])
     if path.exists() and not overwrite:
         hint = "Write another name, or --overwrite."
         raise InvalidRequest([Fault("/output", str(path), "a name that does not exist", hint)])
+    check_folder(path, "/output")
     for name in NEEDS[path.suffix]:
         needed(name)
 

@@ -25,7 +25,7 @@ from typing import Any
 
 from synth.errors import CannotRender
 from synth.linear_algebra import use_one_thread
-from synth.study.chunks import Chunk, chunks_of, read, solved, write
+from synth.study.chunks import Chunk, chunk_of_some, chunks_of, read, solved, write
 from synth.study.spec import StudySpec
 
 TRIES = 3
@@ -80,9 +80,9 @@ def run(
 
 
 def foreseen(spec: StudySpec, workers: int | None = None) -> float:
-    """Return how long the whole study would take, s, from a few scenes of its first chunk that are solved now."""
+    """Return how long the whole study would take, s, from a few of its scenes that are solved now."""
     chunk = next(chunks_of(spec))
-    tried = replace(chunk, values=chunk.values[:: max(1, len(chunk.values) // TRIED)][:TRIED])
+    tried = chunk_of_some(spec, range(spec.count // (2 * TRIED), spec.count, max(1, spec.count // TRIED)))
     solved(replace(tried, values=tried.values[:1]))  # kernels and the finger are prepared
     started = perf_counter()
     solved(tried)

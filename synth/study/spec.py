@@ -2,9 +2,10 @@
 
 Stage   STUDY.
 Model   {"scene": ..., "axes": {field: values, ...}, "sample": null, "phases": 256, "lines": 32, "skin": false,
-         "figure": null, "most_scenes": 200000}
+         "figure": null, "most_scenes": 200000, "textures": {}}
         Without `sample` every combination of the axes is a scene; the last axis changes first. With it, scenes are
-        drawn between the ends of each axis (`samples`). `figure` names what draws it, and changes no number.
+        drawn between the ends of each axis (`samples`). `figure` names what draws it, and changes no number. `textures`
+        gives names to textures, for an axis `texture.kind`.
         Fields are merged into the scene as a PATCH request does. Groups come last: contact length, texture and load
         follow from them (`contact.groups`).
 Limits  A combination that is no scene is recorded with its reason and does not stop the others.
@@ -16,7 +17,7 @@ import json
 import math
 from collections.abc import Mapping
 from copy import deepcopy
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field, replace
 from hashlib import sha256
 from typing import Any
 
@@ -31,7 +32,8 @@ from synth.study.axes import GROUPS, Axis, read_axis
 from synth.study.samples import LARGEST, POINTS, Sample, read_sample, whole_number
 from synth.study.variables import VARIABLES, shape_of
 
-FIELDS = ("scene", "axes", "sample", "phases", "lines", "skin", "figure", "most_scenes")
+FIELDS = ("scene", "axes", "sample", "phases", "lines", "skin", "figure", "most_scenes", "textures")
+KIND = "texture.kind"
 PHASES, LEAST_PHASES, MOST_PHASES = 256, 16, 1 << 16
 LINES, MOST_LINES = 32, 4096
 MOST_SCENES = 200_000
@@ -49,6 +51,7 @@ class StudySpec:
     lines: recorded lines.
     skin: whether what the receptors of the skin feel is recorded, too.
     figure: name of the figure that shows it; None for the usual one.
+    textures: the section of a texture for each name that only this study has.
     """
 
     scene: dict[str, Any]
@@ -58,6 +61,7 @@ class StudySpec:
     lines: int
     skin: bool = False
     figure: str | None = None
+    textures: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -97,7 +101,9 @@ class StudySpec:
                 one.name: {"from": one.values[0], "to": one.values[1], "spacing": spacing[one.log]} for one in self.axes
             }
         sample = None if self.sample is None else {"kind": POINTS} if self.listed else asdict(self.sample)
-        asked = {"phases": self.phases, "lines": self.lines, "skin": self.skin}
+        asked: dict[str, Any] = {"phases": self.phases, "lines": self.lines, "skin": self.skin}
+        if self.textures:
+            asked["textures"] = self.textures
         return {"scene": self.scene, "axes": axes, "sample": sample, **asked}
 
     @property
@@ -106,14 +112,19 @@ class StudySpec:
         return sha256(json.dumps(self.document(), sort_keys=True).encode()).hexdigest()
 
 
-def scene_at(base: dict[str, Any], values: Mapping[str, Any]) -> Scene:
-    """Return the scene with the values of all axes. Raises SceneError where they are no scene."""
+def scene_at(base: dict[str, Any], values: Mapping[str, Any], textures: Mapping[str, dict[str, Any]]) -> Scene:
+    """Return the scene with the values of all axes. Raises SceneError where they are no scene.
+
+    textures: as of the spec.
+    """
     patch: dict[str, Any] = {}
     groups = {}
-    for name, value in values.items():
+    for written, given in values.items():
+        own = textures.get(given) if written == KIND and isinstance(given, str) else None
+        name, value = (written, given) if own is None else ("texture", own)
         *above, last = name.split(".")
         if above == [GROUPS]:
-            groups[last] = float(value)
+            groups[last] = float(given)
             continue
         inner = patch
         for part in above:
@@ -157,7 +168,7 @@ def read_spec(document: object) -> StudySpec:
     figure = written.get("figure")
     if figure is not None and not isinstance(figure, str):
         raise _refused("/figure", figure, "the name of a figure", "Leave it out for the usual one.")
-    spec = StudySpec(scene, tuple(found), sample, phases, lines, skin, figure)
+    spec = StudySpec(scene, tuple(found), sample, phases, lines, skin, figure, _textures(written.get("textures")))
     most = whole_number(written, "most_scenes", MOST_SCENES, 1, LARGEST)
     if spec.count > most:
         sizes = " x ".join(map(str, spec.shape))
@@ -171,15 +182,27 @@ def read_spec(document: object) -> StudySpec:
     return spec
 
 
+def _textures(written: object) -> dict[str, dict[str, Any]]:
+    """Return the textures that a study names."""
+    if written is None:
+        return {}
+    if not isinstance(written, Mapping):
+        raise _refused("/textures", written, "an object with a texture for each name", 'Write {"mine": {...}}.')
+    for name, section in written.items():
+        if not isinstance(section, Mapping):
+            raise _refused(f"/textures/{name}", section, "a texture", 'Write {"kind": "sinusoid", "period": "1 mm"}.')
+    return {str(name): dict(section) for name, section in written.items()}
+
+
 def _apart(axes: list[Axis]) -> None:
     """Refuse two axes that set the same field: one of them would be a false label."""
     owners: dict[str, str] = {}
     for axis in axes:
-        for field in axis.fields:
-            if field in owners:
-                allowed = f"axes that set different fields; {field} is set twice"
-                raise _refused(f"/axes/{axis.name}", axis.name, allowed, f"Leave it or {owners[field]} out.")
-            owners[field] = axis.name
+        for one in axis.fields:
+            if one in owners:
+                allowed = f"axes that set different fields; {one} is set twice"
+                raise _refused(f"/axes/{axis.name}", axis.name, allowed, f"Leave it or {owners[one]} out.")
+            owners[one] = axis.name
 
 
 def _same_length(axes: list[Axis]) -> int:
@@ -196,8 +219,14 @@ def _same_length(axes: list[Axis]) -> int:
 def _words_fit(spec: StudySpec) -> None:
     """Refuse words, such as the names of textures, that no scene has, before anything is computed."""
     for axis in spec.axes:
-        for value in axis.values if axis.values and not isinstance(axis.values[0], float | int) else ():
-            scene_at(spec.scene, {axis.name: value})
+        for number, value in enumerate(axis.values):
+            if isinstance(value, float | int):
+                break
+            try:
+                scene_at(spec.scene, {axis.name: value}, spec.textures)
+            except SceneError as error:
+                at = f"/axes/{axis.name}/{number}"
+                raise SceneError([replace(one, pointer=at + one.pointer) for one in error.faults]) from None
 
 
 def _refused(where: str, value: object, allowed: str, hint: str) -> SceneError:

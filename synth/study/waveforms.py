@@ -23,7 +23,6 @@ from synth.encode.sound import render
 from synth.errors import CannotRender, InvalidRequest
 from synth.scene.scene import Scene, scene_document
 from synth.study.chunks import Chunk
-from synth.study.spec import scene_at
 
 SPLITS = (("train", 0.8), ("validation", 0.9), ("test", 1.0))
 """Names, and where each ends between 0 and 1."""
@@ -64,7 +63,7 @@ def _rendered(chunk: Chunk, number: int, shard: Path) -> dict[str, Any]:
     """Render one scene; return its line, without licence."""
     row: dict[str, Any] = {"number": chunk.first + number, "axes": chunk.values[number]}
     try:
-        scene = scene_at(chunk.base, chunk.values[number])
+        scene = chunk.scene(number)
         sound = render(scene)
     except (InvalidRequest, CannotRender) as error:
         return row | {"file": None, "reason": str(error)}

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 from pathlib import Path
+
+import pytest
 
 from tests.conftest import RunsRidgewave
 
@@ -40,4 +43,27 @@ def test_bad_specs_end_before_anything_is_computed(ridgewave: RunsRidgewave, tmp
     assert none.returncode == 1 and "not steady" in str(none.stderr) and "Traceback" not in str(none.stderr)
     missing = ridgewave("study", str(tmp_path / "none.json"), "-o", str(tmp_path / "map.nc"))
     assert missing.returncode == 2 and "exists" in str(missing.stderr)
+    for asked in (["-o", "nowhere/map.nc"], ["-o", str(tmp_path / "map.nc"), "--figure", "nowhere/map.svg"]):
+        done = ridgewave("study", str(written(tmp_path)), *asked)
+        assert done.returncode == 2 and "Make nowhere first" in str(done.stderr)
     assert not list(tmp_path.glob("map.nc*"))
+
+
+def test_an_imported_texture_is_studied_by_its_name_in_two_processes(
+    ridgewave: RunsRidgewave, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("RIDGEWAVE_DATA_FOLDER", str(tmp_path / "data"))
+    heights = "".join(f"{5 * n}\t{8.0 * math.cos(math.pi * n / 40.0):.5f}\n" for n in range(400))
+    (tmp_path / "mine.txt").write_text("x [um]\tz [um]\n" + heights)
+    assert ridgewave("import", str(tmp_path / "mine.txt"), "--name", "mine").returncode == 0
+    loads = {"scan.load": {"from": 0.1, "to": 1.0, "count": 20}}
+    kinds = {"texture.kind": ["grating-800um-40um", "mine"]}
+    specs = {"scene": "mine", "axes": loads | {"scan.speed": [0.05, 0.1]}}, {"axes": kinds | loads}
+    for spec in specs:
+        out = tmp_path / "mine.csv"
+        text = written(tmp_path, spec | {"phases": 64, "lines": 3})
+        done = ridgewave("study", str(text), "-o", str(out), "--workers", "2", "--overwrite")
+        assert done.returncode == 0, done.stderr
+        rows = list(csv.DictReader(out.open()))
+        assert len(rows) == 40 and all(float(row["rms_acceleration"]) > 0.0 for row in rows)
+    assert {row["texture.kind"] for row in rows} == set(kinds["texture.kind"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
@@ -51,9 +52,10 @@ def test_points_are_the_scenes_that_the_axes_list() -> None:
 
 def test_a_scene_has_the_values_of_its_axes() -> None:
     spec = read_spec({"scene": "denim-72x56", "axes": {"scan.load": ["0.4 N"], "texture.kind": ["sinusoid"]}})
-    scene = scene_at(spec.scene, {"scan.load": 0.4, "texture.kind": "sinusoid"})
+    scene = scene_at(spec.scene, {"scan.load": 0.4, "texture.kind": "sinusoid"}, {})
     assert (scene.scan.load, scene.texture.kind) == (0.4, "sinusoid")
-    grown = scene_at(read_spec({"axes": PERIOD}).scene, {"groups.period_ratio": 2.0, "finger.ridge_period": 4e-4})
+    base = read_spec({"axes": PERIOD}).scene
+    grown = scene_at(base, {"groups.period_ratio": 2.0, "finger.ridge_period": 4e-4}, {})
     assert grown.texture.period == 8e-4
 
 
@@ -61,14 +63,16 @@ def test_fields_that_change_together_are_an_axis_over_their_section() -> None:
     textures = [{"period": "0.4 mm", "amplitude": "4 um"}, {"kind": "grating", "period": "2 mm", "height": "30 um"}]
     spec = read_spec({"axes": {"texture": textures, "scan.load": [0.1, 0.2]}})
     columns = spec.columns()
-    scenes = [scene_at(spec.scene, {name: columns[name][number] for name in columns}) for number in range(spec.count)]
+    scenes = [
+        scene_at(spec.scene, {name: columns[name][number] for name in columns}, {}) for number in range(spec.count)
+    ]
     assert [one.texture.kind for one in scenes] == ["sinusoid"] * 2 + ["grating"] * 2
     assert [one.texture.period for one in scenes] == [4e-4, 4e-4, 2e-3, 2e-3]
     assert scenes[0].texture.amplitude == 4e-6 and spec.axes[0].values == tuple(textures), "the spec is unchanged"
     assert read_spec(spec.document()) == spec
     found = rw.sweep({}, {"texture": textures}, phases=64, lines=1)
     assert found.rms.dims == ("texture", "quantity") and "grating" in str(found.texture.values[1])
-    both = scene_at(spec.scene, {"texture": textures[0], "texture.period": 1e-3})
+    both = scene_at(spec.scene, {"texture": textures[0], "texture.period": 1e-3}, {})
     assert (both.texture.period, both.texture.amplitude) == (1e-3, 4e-6)
 
 
@@ -143,3 +147,18 @@ def test_every_fault_of_the_axes_is_told_at_once() -> None:
     with pytest.raises(rw.SceneError) as caught:
         read_spec({"axes": {"texture.perod": [1.0], "scan.load": ["1 m"]}})
     assert len(caught.value.faults) == 2
+
+
+def test_a_study_has_names_of_its_own_for_textures() -> None:
+    own = {"deep": {"kind": "grating", "period": "2 mm", "height": "50 um"}}
+    axes = {"texture.kind": ["grating-800um-40um", "deep"], "texture.phase": [0.0, 1.0]}
+    spec = read_spec({"axes": axes, "textures": own})
+    columns = spec.columns()
+    rows = [{name: columns[name][number] for name in columns} for number in range(spec.count)]
+    kinds = [scene_at(spec.scene, row, spec.textures).texture for row in rows]
+    assert [one.kind for one in kinds] == ["sinusoid"] * 2 + ["grating"] * 2
+    assert [one.phase for one in kinds] == [0.0, 1.0] * 2 and kinds[2].period == 2e-3
+    assert columns["texture.kind"] == ["grating-800um-40um"] * 2 + ["deep"] * 2
+    assert read_spec(json.dumps(spec.document())).key == spec.key
+    with pytest.raises(rw.SceneError, match=r"axes.texture.kind.1.*'dep'"):
+        read_spec({"axes": {"texture.kind": ["deep", "dep"]}, "textures": own})
