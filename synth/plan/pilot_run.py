@@ -32,7 +32,7 @@ OWN = 1.0  # s of a stroke or a recording along which the number of steps is jud
 LEAST_SHARE = 0.3  # of the tolerance, for steps and points where the series needs nearly all of it
 SECOND_ORDER, SLOWEST = 0.25, 2.0 / 3.0  # of an error that steps of half the length leave: least and most
 UNLIKE = 3.0  # times the difference between two parts of a motion that does not repeat: others may differ more
-LEFT_BY_TABLE = 1.0  # error over the change by a table half as fine: derivatives of z gain one order, or less
+LEFT_BY_TABLE = 1.0  # largest error over the change by a table half as fine: derivatives of z gain one order, or less
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,13 +153,17 @@ def left_by_series(case: SimulationCase) -> float:
 def table_errors(case: SimulationCase, tried: Pilot) -> tuple[tuple[float, ...], tuple[Simulation, ...]]:
     """Return the error of each order by the table, from the change by a table half as fine, and these two simulations.
 
-    The error is 0 without a table.
+    How fast the error falls is that of this change over the one before. The error is 0 without a table.
     """
     coarser = tried.simulation.stepper.coarser()
     if coarser is None or not tried.repeats:
         return (0.0,) * len(case.orders), ()
     other = started(replace(tried.simulation, stepper=coarser), case)
-    errors = tuple(LEFT_BY_TABLE * one for one in tried.differs_from(other))
+    changed = before = tried.differs_from(other)
+    if (coarsest := coarser.coarser()) is not None and other.repeats:
+        before = other.differs_from(started(replace(other.simulation, stepper=coarsest), case))
+    left = (whole - one for whole, one in zip(steps_errors(changed, before), changed, strict=True))
+    errors = tuple(min(more, LEFT_BY_TABLE * one) for more, one in zip(left, changed, strict=True))
     return errors, (other.simulation, tried.simulation)
 
 

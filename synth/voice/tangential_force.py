@@ -6,8 +6,8 @@ Model   The components are those along x and, if asked for, y of the surface. Fr
         In a steady scan the slope force and friction are one series. Elsewhere they are read: along a line from
         response tables, over an area as `area_force_reading` has it. In a simulation both are read from its frames.
         The surface along a line has no slope across, so its force along y is friction alone.
-Limits  The error of a simulated force is that of z in `simulation_plan`, at the scan's own speed and load, without what
-        has not settled where the scan begins.
+Limits  The error of a simulated force is found as that of z in `simulation_plan`, at the scan's own speed and load and
+        along the first part of a file's motion, without what has not settled where the scan begins.
 """
 
 from __future__ import annotations
@@ -25,8 +25,9 @@ from synth.motion.motion import LOAD
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.channels import PEAK, ROUNDING, STILL
 from synth.plan.motion_peak import MOST_FRAMES, TOGETHER
-from synth.plan.pilot_run import LONGEST_OWN
+from synth.plan.pilot_run import LONGEST_OWN, OWN, work_of
 from synth.plan.preparation import Preparation
+from synth.plan.simulation_plan import PATIENCE_FILE, SimulationPlan
 from synth.response.lift_gate import gate, gates
 from synth.response.series_curve import SMALLEST, SeriesCurve
 from synth.response.table_reader import TableReader
@@ -40,6 +41,8 @@ from synth.voice.table_reading import HandReader, ScanReader, TableChannels, del
 QUANTITY, QUANTITY_ACROSS = "tangential_force", "tangential_force_y"
 SMALL = 0.01  # of the force along the motion: a smaller steady force is no measure of its error
 LEFT_BY_COARSER = 1.0  # error over the change by half the points or table: a force has slopes, of a lower order than z
+LEFT_BY_TABLE = 0.5  # the same of a table of a smooth texture: of second order where crests begin to touch
+RUNS = 5.0  # time to judge a part of a motion, over that to run it: steps of half the length, and two tables or points
 SIGNALS = (Signal(SLOPE, 0), Signal(SLOPE_ACROSS, 0))  # of a simulation, of each component
 
 
@@ -112,36 +115,43 @@ class TangentialStage:
     def levelled(self) -> TangentialStage:
         """Return the stage of a file with the full scale of its own motion, where the scene sets none.
 
-        Where the steady force of a simulation is small beside it, peak-to-peak and error are those of the motion, too.
+        The error of a simulated force is the larger one of the steady scan and of the motion: a slower finger has finer
+        waves in the band. Where the steady force is small beside the file's, the file's peak-to-peak is told.
         """
         assert self.solved.effects is not None
-        plan = self.solved.effects.simulation
+        plan, unit = self.solved.effects.simulation, self.channels[0].full_scale
         moved = self._along(None if plan is None else plan.simulation)
-        extents, peak, found = np.ptp(moved, axis=0), float(np.max(np.abs(moved))), []
-        small = plan is not None and all(one.extent < SMALL * np.max(extents) for one in self.channels)
-        changed = np.zeros(len(extents))
-        if plan is not None and small:
-            finer, *pair = (self._along(replace(one, scene=self.solved.scene)) for one in (plan.finer, *plan.coarser))
-            changed = 4.0 / 3.0 * np.max(np.abs(finer - moved), axis=0)
-            if pair:
-                changed += LEFT_BY_COARSER * np.max(np.abs(pair[1] - pair[0]), axis=0)
-            changed = changed / np.max(extents) + plan.filtered
-        for one, extent, error in zip(self.channels, extents.tolist(), changed.tolist(), strict=True):
-            scale = one.full_scale * peak / PEAK
-            if self.law.full_scale is not None or scale <= STILL:
-                scale = one.full_scale
-            own = replace(one, extent=one.full_scale * extent, error=error + ROUNDING) if small else one
+        extents, steady = unit * np.ptp(moved, axis=0), max(one.extent for one in self.channels)
+        small, errors = plan is not None and steady < SMALL * np.max(extents), np.zeros(len(extents))
+        if plan is not None:
+            errors = unit * self._errors_along(plan, moved) / max(np.max(extents) if small else steady, STILL)
+            errors += plan.filtered + ROUNDING
+        scale, found = unit * float(np.max(np.abs(moved))) / PEAK, []
+        if self.law.full_scale is not None or scale <= STILL:
+            scale = unit
+        for one, extent, error in zip(self.channels, extents.tolist(), errors.tolist(), strict=True):
+            own = replace(one, extent=extent, error=error) if small else replace(one, error=max(one.error, error))
             found.append(replace(own, full_scale=scale))
         return replace(self, channels=tuple(found))
 
-    def _along(self, simulation: Simulation | None) -> Block:
+    def _errors_along(self, plan: SimulationPlan, moved: Block) -> Array:
+        """Return the error of each channel along the first part of the motion, in units of `moved`, all of its frames."""
+        seconds = min(OWN, PATIENCE_FILE / max(RUNS * work_of(plan.simulation), 1e-9))
+        judged = (self._along(replace(one, scene=self.solved.scene), seconds) for one in (plan.finer, *plan.coarser))
+        finer, *pair = (one.T.astype(float) for one in judged)
+        return _changed(self.solved, moved[: finer.shape[1]].T.astype(float), finer, pair)
+
+    def _along(self, simulation: Simulation | None, longest: float = math.inf) -> Block:
         """Return the channels of a file along its own motion: a period of a stroke, or MOST_FRAMES of a recording.
 
         A simulation, and forces that are solved, run for LONGEST_OWN at most.
+
+        longest: s.
         """
         scene, running = self.solved.scene, None if simulation is None else Running(simulation, self.signals)
         stroke = scene.scan.stroke
-        longest = math.inf if stroke is None else stroke.period
+        if stroke is not None:
+            longest = min(longest, stroke.period)
         costly = running is not None or any(one.moving is not None for one in self.slopes)
         seconds = min(scene.output.duration, longest, LONGEST_OWN if costly else math.inf)
         frames = min(max(1, round(seconds * scene.output.sample_rate)), MOST_FRAMES)
@@ -268,6 +278,22 @@ def _signals(solved: Preparation, law: Any) -> tuple[Signal, ...]:
     return (*SIGNALS[:count], Signal(PRESS, 0))
 
 
+def _changed(solved: Preparation, forces: Array, finer: Array, pair: list[Array]) -> Array:
+    """Return the error of simulated forces [components, frames], in their unit.
+
+    finer: in steps of half the length. pair: on a coarser table or fewer points, and on those of the plan, or none.
+    """
+    assert solved.effects is not None and solved.effects.simulation is not None and solved.contact is not None
+    left = 4.0 / 3.0 * np.max(np.abs(finer - forces), axis=1)
+    if pair:
+        profile = solved.contact.geometry.profile
+        smooth = profile is None or not profile.corners.size
+        in_table = solved.effects.simulation.simulation.stepper.coarser() is not None
+        part = LEFT_BY_TABLE if smooth and in_table else LEFT_BY_COARSER
+        left += part * np.max(np.abs(pair[1] - pair[0]), axis=1)
+    return np.asarray(left)
+
+
 def _simulated_channels(solved: Preparation, law: Any) -> tuple[AddedChannel, ...]:
     """Return the channels of a simulated force: their peak and error at the scan's own speed and load."""
     assert solved.effects is not None and solved.effects.simulation is not None
@@ -283,9 +309,7 @@ def _simulated_channels(solved: Preparation, law: Any) -> tuple[AddedChannel, ..
     coarse, fine, *pair = runs
     extents, peak = np.ptp(fine, axis=1), float(np.max(np.abs(fine)))
     scale = law.full_scale or (peak / PEAK if peak > STILL else 1.0)
-    left = 4.0 / 3.0 * np.max(np.abs(fine - coarse), axis=1)
-    if pair:
-        left += LEFT_BY_COARSER * np.max(np.abs(pair[1] - pair[0]), axis=1)
+    left = _changed(solved, coarse, fine, pair)
     errors = left / np.max(extents) if np.any(extents) else np.zeros(len(extents))
     own = plan.filtered + ROUNDING
     told = zip((QUANTITY, QUANTITY_ACROSS), extents.tolist(), (errors + own).tolist(), strict=False)

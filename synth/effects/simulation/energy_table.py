@@ -98,6 +98,7 @@ class EnergyTable:
     def coarser(self) -> EnergyTable:
         """Return the table of every second node along both axes. Its `error` is still that of this table."""
         nodes = _values(self.nodes)[::2, ::2] * [1.0, 2.0, 0.5]
+        nodes[..., 2] = integrated(nodes[..., 0], nodes[..., 1])
         curves = _values(self.curves)[:, ::2]
         bottom, width, cells, bits = self.grid.tolist()
         return replace(
@@ -237,15 +238,21 @@ class _Range:
         rows, cells = depth.shape[1], len(depth) - 1
         turns, width = np.arange(rows) / rows, (self.top - self.bottom) / cells
         base = np.fft.irfft(self.harmonics, rows) * rows
-        energy = np.zeros_like(depth)
-        pieces = 0.5 * (depth[:-1] + depth[1:]) + width / 12.0 * np.diff(touching, axis=0)
-        energy[:-1] = np.cumsum(pieces[::-1], axis=0)[::-1]
+        energy = integrated(depth, width * touching)
         highest = self.contact.solver(self.load).solve(turns, 0.0).height
         nodes = splines(np.stack([depth, width * touching, energy], axis=-1))
         grid = np.array([self.bottom, width, cells, math.log2(rows)])
         table = EnergyTable(nodes, splines(np.stack([base, highest])), grid, 0.0, self.motion)
         wrong = np.abs(table.read(probes.phases, probes.heights)[0] - probes.depth) / probes.touching
         return replace(table, error=MARGIN * tolerance * float(np.max(wrong / probes.allowed)))
+
+
+def integrated(depth: Array, touching: Array) -> Array:
+    """Return E of the nodes, in steps of d, from I and from l times a step: the integral of the cubics over d."""
+    energy = np.zeros_like(depth)
+    pieces = 0.5 * (depth[:-1] + depth[1:]) + np.diff(touching, axis=0) / 12.0
+    energy[:-1] = np.cumsum(pieces[::-1], axis=0)[::-1]
+    return energy
 
 
 def splines(values: Array) -> Array:
