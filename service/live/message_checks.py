@@ -73,9 +73,9 @@ def refused(at: str, value: str, allowed: str, hint: str, kind: str = "message-r
 def _is_json(text: str) -> bool:
     try:
         json.loads(text)
-    except (json.JSONDecodeError, RecursionError):
+    except json.JSONDecodeError:
         return False
-    except ValueError:  # a whole number with thousands of digits
+    except (ValueError, RecursionError):  # a whole number with thousands of digits, or many levels
         return True
     return True
 

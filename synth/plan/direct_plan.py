@@ -17,6 +17,7 @@ Limits  The error is that of one swing, at one place for each load. If an effect
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from time import thread_time
 from typing import Any
 
 import numpy as np
@@ -63,6 +64,7 @@ class DirectPlan:
     errors: of displacement, velocity and acceleration, relative to the peak-to-peak.
     solution_seconds: measured processor time of a solution at the load where it is longest, s.
     turning: what a finger that is turned from its own direction adds to each of `errors`; None for one on a line.
+    radian_seconds: measured processor time that a finger takes to turn by a radian into new directions, s.
     """
 
     contact: Contact
@@ -76,6 +78,7 @@ class DirectPlan:
     errors: tuple[float, ...]
     solution_seconds: float
     turning: tuple[float, ...] | None = None
+    radian_seconds: float = 0.0
 
     @property
     def work(self) -> float:
@@ -166,11 +169,11 @@ def _planned(
     swing = Swing(least * SOLUTIONS * band, band, fastest, PATH_SLOPE if on_path else 0.0)
     folded, seconds = folded_errors(whole, swing, loads)
     if own is None:
-        cells, turning = _by_segments(contact, swing, loads[1]), None
+        cells, turning, radian = _by_segments(contact, swing, loads[1]), None, 0.0
     else:
-        cells, turning = _by_cells(whole, swing, replace(swing, fastest=own or fastest), loads[1])
+        cells, turning, radian = _by_cells(whole, swing, replace(swing, fastest=own or fastest), loads[1])
     finer, steps, errors = _filtered(rate, swing, folded, cells, tolerance, least)
-    return DirectPlan(whole, mean, heaviest, band, finer, steps, fastest, loads, errors, seconds, turning)
+    return DirectPlan(whole, mean, heaviest, band, finer, steps, fastest, loads, errors, seconds, turning, radian)
 
 
 def _by_segments(contact: Contact, swing: Swing, load: float) -> Array:
@@ -181,19 +184,24 @@ def _by_segments(contact: Contact, swing: Swing, load: float) -> Array:
     return changed_by(contact, smaller, swing, load) / (1.0 - contact.settles)
 
 
-def _by_cells(whole: Any, swing: Swing, slower: Swing, load: float) -> tuple[Array, tuple[float, ...]]:
-    """Return the error of each quantity by the cells of `whole`, and what a finger adds that is turned.
+def _by_cells(whole: Any, swing: Swing, slower: Swing, load: float) -> tuple[Array, tuple[float, ...], float]:
+    """Return the error of each quantity by the cells of `whole`, what a finger adds that is turned, and the time (s).
+
+    The time is that of new directions, for a radian.
 
     slower: the swing at the scan's own speed, at which finer waves are in the band.
     """
-    from synth.contact.area_path import coarsened
+    from synth.contact.area_path import TURN_STEP, coarsened
 
     fine = coarsened(whole, min(whole.coarser, 1.0))
     judged = (coarsened(fine, 2.0 * fine.coarser), *(() if fine is whole else (whole,)))
     larger, *enlarged = np.max([changes_to(fine, judged, one, load) for one in {swing, slower}], axis=0)
     cells = LEFT_OF_CHANGE * larger + sum(enlarged)
     turning = turning_errors(whole, fine, replace(slower, seconds=TURNED), load)
-    return cells, tuple(turning.tolist())
+    started = thread_time()
+    if not whole.of_any_direction:
+        whole.grid_at(whole.line.direction - TURN_STEP)
+    return cells, tuple(turning.tolist()), (thread_time() - started) / TURN_STEP
 
 
 def _filtered(

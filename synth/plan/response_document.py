@@ -87,6 +87,7 @@ def _direct_documents(direct: DirectPlan) -> dict[str, Any]:
         found["turning"] = {
             "error": dict(zip(QUANTITIES, direct.turning, strict=True)),
             "processor_seconds_a_second": direct.work,
+            "processor_seconds_a_radian": direct.radian_seconds,
         }
     return found
 

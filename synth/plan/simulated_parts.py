@@ -168,4 +168,6 @@ def _direct_part(solved: Preparation, direct: DirectPlan, varies: str) -> Simula
         f"{varies}, and {why}. So z is solved along the motion, {direct.rate:.5g} times per second, which takes "
         f"{100.0 * direct.work:.2g} % of a processor. A load above {direct.heaviest:.4g} N is read as that load."
     )
+    if direct.radian_seconds > 0.0:
+        reason += f" A finger that turns into new directions takes {direct.radian_seconds:.2g} s more for each radian."
     return Simulated("direct solutions", reason)

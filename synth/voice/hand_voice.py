@@ -90,8 +90,8 @@ class HandVoice(LiveVoice):
 
     @property
     def plan_document(self) -> dict[str, Any]:
-        """The plan of the present or coming scene as JSON, without the scene and the cost."""
-        document = plan_of((self._coming or self._voice).told, with_scene=False).document()
+        """The plan of the present or coming scene under a hand as JSON, without the scene and the cost."""
+        document = plan_of((self._spare or self._coming or self._voice).told, with_scene=False).document()
         response = document["response"] | {"delay_behind_a_hand_seconds": self.motion_delay}
         return {name: value for name, value in document.items() if name not in ("scene", "cost")} | {
             "response": response
@@ -124,6 +124,7 @@ class HandVoice(LiveVoice):
 
     def touch(self, update: Update) -> None:
         """Apply `update` from the next frame on."""
+        self._prime()  # the frames between two updates are those that are rendered between them, of the first too
         if self.log is not None:
             over_area = update.across is not None or update.direction is not None
             self._note("contact", *(update if over_area else update[:5]))

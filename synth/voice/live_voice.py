@@ -130,15 +130,19 @@ class LiveVoice:
         if self.finished:
             self.before_limiter = None
             return np.zeros((frames, self.channels), dtype=np.float32)
-        if not self._primed:
-            self._primed = True
-            self._limiter.process(self._unlimited(self._ahead))  # discarded, so that the output is not late
+        self._prime()
         late, block = self._limiter.pending, self._unlimited(frames)
         out = np.empty_like(block)
         self._limiter.process_into(block, out)
         self.reduction_db = self._limiter.take_reduction()
         self.before_limiter = np.concatenate((late, block))[:frames] if self.reduction_db else None
         return out
+
+    def _prime(self) -> None:
+        """Fill the limiter's look-ahead, once, so that the output is not late."""
+        if not self._primed:
+            self._primed = True
+            self._limiter.process(self._unlimited(self._ahead))  # its output is discarded
 
     def _unlimited(self, frames: int) -> Block:
         """Return the next frames before the limiter, whose output is `_ahead` frames behind them."""

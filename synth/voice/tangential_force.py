@@ -135,10 +135,10 @@ class TangentialStage:
         return replace(self, channels=tuple(found))
 
     def _errors_along(self, plan: SimulationPlan, moved: Block) -> Array:
-        """Return the error of each channel along the first part of the motion, in units of `moved`, all of its frames."""
+        """Return the error of each channel along the first part of the motion, in units of `moved`."""
         seconds = min(OWN, PATIENCE_FILE / max(RUNS * work_of(plan.simulation), 1e-9))
-        judged = (self._along(replace(one, scene=self.solved.scene), seconds) for one in (plan.finer, *plan.coarser))
-        finer, *pair = (one.T.astype(float) for one in judged)
+        others = (replace(one, scene=self.solved.scene) for one in (plan.finer, *plan.coarser))
+        finer, *pair = (self._along(one, seconds).T.astype(float) for one in others)
         return _changed(self.solved, moved[: finer.shape[1]].T.astype(float), finer, pair)
 
     def _along(self, simulation: Simulation | None, longest: float = math.inf) -> Block:

@@ -131,6 +131,15 @@ def test_text_that_is_not_json_closes_with_1007_after_a_fade() -> None:
     assert driver.order()[-2:] == ["pcm", "end"] and driver.pcm()[-1] == 0.0
 
 
+def test_json_of_very_many_levels_is_refused_as_such_and_the_stream_goes_on() -> None:
+    driver = started()
+    driver.run(0.1)
+    driver.text('{"type": "scene", "scene": ' + '{"a": ' * 2000 + "1" + "}" * 2001)
+    driver.run(0.2)
+    (found,) = driver.texts("problem")
+    assert "nested too deeply" in found["detail"] and driver.closed is None
+
+
 RANGE = "Write a number in this range."
 
 

@@ -8,18 +8,19 @@ import numpy as np
 import pytest
 
 import ridgewave as rw
+from tests.few import few
 
 SCANS: dict[str, dict[str, Any]] = {
     "constant": {"speed": 0.1, "load": 0.3},
     "stroke": {"stroke": {"speed": 0.1, "length": 0.006, "turn_time": 0.03, "load": 0.3}},
     "recording": {"trajectory": [[0.0, 0.0, 0.3], [0.03, 0.002, 0.3], [0.06, 0.003, 0.3], [0.1, 0.008, 0.3]]},
-    "another load": {"trajectory": [[0.0, 0.0, 0.3], [0.03, 0.002, 0.5], [0.06, 0.003, 0.1], [0.1, 0.008, 0.3]]},
+    "load": {"trajectory": [[0.0, 0.0, 0.3], [0.03, 0.002, 0.5], [0.06, 0.003, 0.1], [0.1, 0.008, 0.3]]},
 }
 
 
 @pytest.mark.filterwarnings("ignore::ridgewave.RenderWarning")
 @pytest.mark.parametrize("effect", ["adhesion", "inertia"])
-@pytest.mark.parametrize("scan", SCANS)
+@pytest.mark.parametrize("scan", few(SCANS, 2))
 def test_the_told_error_of_a_simulated_force_is_not_exceeded(scan: str, effect: str) -> None:
     """A slow finger has finer waves in the band, and a table half as fine has its own integral of the energy."""
     document = {

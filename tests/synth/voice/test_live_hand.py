@@ -83,6 +83,22 @@ def test_a_hand_that_moves_as_the_scan_does_sounds_as_loud_as_the_scan(voices: A
     )  # a hand sounds a part of 1 to 1.4 times the band
 
 
+@pytest.mark.parametrize("before", [0, 5])
+def test_a_hand_at_constant_speed_is_late_by_the_same_time_from_its_first_update_on(voices: Any, before: int) -> None:
+    """Whether its first contact comes before the first block or later."""
+    voice, expected = voices(scene_of()), open_voice(scene_of()).render(RATE)[:, 0]
+    begun = [voice.render(BLOCK) for _ in range(before)]
+    played = np.concatenate([*begun, stroked(voice, 100 - before, before)])[:, 0] * voice.full_scale[0]
+    expected = expected * open_voice(scene_of()).full_scale[0]
+
+    def late(first: int) -> int:
+        part = played[first : first + 800]
+        missed = [float(np.sum((part - expected[first - lag : first - lag + 800]) ** 2)) for lag in range(80)]
+        return int(np.argmin(missed))
+
+    assert [late(first) for first in (1000, 2000, 4000, 7000)] == [late(7000)] * 4
+
+
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_the_first_change_of_a_contact_is_in_the_next_block(voices: Any, quantity: str) -> None:
     touched, left = voices(scene_of(quantity)), voices(scene_of(quantity))
