@@ -155,7 +155,7 @@ _READY = {
     "frame": _FRAME | {"description": "Frame of the first sample that follows."},
     "max_silence_ms": {"type": "number", "description": "Time without a contact after which the load ramps to zero."},
     "motion_delay_ms": {"type": "number", "description": "Delay of the sound behind the updates."},
-    "plan": _OBJECT | {"description": "The plan of the scene under a hand, as the answer of /v1/explain, without scene and cost."},
+    "plan": _OBJECT | {"description": "The plan under a hand, as /v1/explain answers, without scene and cost."},
 }
 _PROBLEM = {
     "problem": _TEXT | {"description": "The `type` of the problem document over HTTP."},

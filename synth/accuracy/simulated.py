@@ -43,6 +43,7 @@ RATIOS = (0.25, 0.5, 1.0, 2.0, 4.0)  # of the plan's steps
 FEWEST = 2  # steps per frame, which the filters need
 TABLE_TOLERANCE = 0.1  # of the tolerance: that of the reference's table
 COARSER = 2  # how often a table or points are halved
+LEAST_POINTS = 3  # of a simulation
 TWICE = 2.0  # runs of a slow method
 BASELINE = ((12, 1e-3), (25, 1e-4), (50, 1e-5), (100, 1e-6))  # points per ridge, relative tolerance of `solve_ivp`
 SETTLING = 0.02  # s that the baseline computes before the piece: the default pulp forgets in 2.4 ms
@@ -103,12 +104,18 @@ class Simulated:
         """Return the steps per frame, `ratio` times those of the plan."""
         return max(FEWEST, round(ratio * self.plan.simulation.steps))
 
-    def halved(self, stepper: Any) -> Any:
-        """Return `stepper` with half as fine a table, or points at twice the distance."""
-        if not self.of_points:
-            return stepper.coarser()
-        count = stepper.points.rows.shape[1] // refinement(self.request)
-        return point_stepper(self.request, self.terms, count, self.plan.simulation.reference)[0]
+    def count(self, halvings: int) -> int:
+        """Return the number of points if their distance is doubled `halvings` times."""
+        return int(self.stepper.points.rows.shape[1] // refinement(self.request) ** halvings)
+
+    def made(self, halvings: int) -> Any:
+        """Return the stepper of the plan, made anew: a table `halvings` times half as fine, or so many fewer points."""
+        if self.of_points:
+            return point_stepper(self.request, self.terms, self.count(halvings), self.plan.simulation.reference)[0]
+        stepper: Any = table_stepper(self.request, self.terms)[0]
+        for _halving in range(halvings):
+            stepper = stepper.coarser()
+        return stepper
 
     @property
     def finer(self) -> Stepper:
@@ -153,17 +160,15 @@ def simulated_methods(scene: Simulated, finest: int, usual: float) -> Iterator[M
     yield from _baseline(scene)
     named = {step_name(scene, ratio): ratio for ratio in RATIOS if ratio < finest}
     for name, ratio in named.items():
-        made = partial(_ready, scene, scene.steps(ratio), scene.stepper, chosen=name == step_name(scene, 1.0))
+        made = partial(_ready, scene, scene.steps(ratio), 0, chosen=name == step_name(scene, 1.0))
         yield Method(name, "steps", made, TWICE * (1.0 + ratio) * usual)
-    stepper = scene.stepper
     for power in range(1, COARSER + 1):
-        stepper = scene.halved(stepper)
-        if stepper is None or (scene.of_points and stepper.points.rows.shape[1] < 3):
+        if scene.of_points and scene.count(power) < LEAST_POINTS:
             return
         size = f"on a coarser table, {100 // 2**power} % as fine"
         if scene.of_points:
-            size = f"on fewer points, {stepper.points.rows.shape[1]} points"
-        made = partial(_ready, scene, scene.steps(1.0), stepper)
+            size = f"on fewer points, {scene.count(power)} points"
+        made = partial(_ready, scene, scene.steps(1.0), power)
         yield Method(f"simulated {size}", "cells", made, 2.0 * TWICE * usual)
 
 
@@ -178,9 +183,9 @@ def without_methods(scene: Simulated) -> Iterator[LeftOutMethod]:
         yield LeftOutMethod(name, "baseline", "It integrates a contact along one line, and this finger has an area.")
 
 
-def _ready(scene: Simulated, steps: int, stepper: Stepper, *, chosen: bool = False) -> Ready:
-    """Return a simulation, ready to run."""
-    simulation = scene.plan.simulation if chosen else scene.resized(steps, stepper)
+def _ready(scene: Simulated, steps: int, halvings: int, *, chosen: bool = False) -> Ready:
+    """Return a simulation, ready to run; halvings: of its table or points."""
+    simulation = scene.plan.simulation if chosen else scene.resized(steps, scene.made(halvings))
     setup = scene.case.setup if chosen else None
     return scene.case.ready(partial(scene.values, simulation), held_by(simulation).bytes, setup)
 

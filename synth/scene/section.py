@@ -102,7 +102,11 @@ def _without_arrays(section: type[Section], known: Fields) -> tuple[Fields, list
 
 def _unknown(section: type[Section], key: object, value: object) -> Refusal:
     near = nearest(str(key), section.model_fields)
+    sections = {name: inner_section(section, name) for name in section.model_fields}
+    owners = [name for name, inner in sections.items() if inner is not None and key in inner.model_fields]
     hint = f'The nearest known field is "{near}".' if near else "Leave it out."
+    if owners:
+        hint = f"Write {' or '.join(f'{name}.{key}' for name in owners)}."
     return refusal([str(key)], value, f"the fields {', '.join(section.model_fields)}", hint)
 
 

@@ -13,6 +13,7 @@ from synth.surfaces.measurement.import_options import OF_SETS, WRITTEN_UNITS, Im
 from synth.surfaces.readers.surface_file import UNITS, UNSTATED, Heights, SurfaceFile
 
 CLOSEST, FARTHEST = 1e-12, 1e6  # m, allowed spacing that a file states: from a hundredth of an atom to a planet
+AGREES = 1e-3  # of a distance between points: an option that says what the file states is no contradiction
 STATED = "nothing here: the file states it"
 LEAVE = "Leave it out."
 UPWARDS = "heights that count upwards"
@@ -112,8 +113,6 @@ def _spacing(found: SurfaceFile, options: ImportOptions, unit: str | None, fault
                 option_fault("pixel", f"{len(options.pixel)} lengths", "one length for a profile", "Write one.")
             )
         return (options.pixel * axes)[:axes]
-    if options.pixel is not None:
-        faults.append(option_fault("pixel", "a length", STATED, LEAVE))
     if found.spacing is None:
         unused = [f"{note}. " for note in found.notes if "was not used" in note]
         hint = "".join(unused) + 'Write the distance between points with its unit, such as "5 um".'
@@ -122,6 +121,9 @@ def _spacing(found: SurfaceFile, options: ImportOptions, unit: str | None, fault
     if unit is None:
         return found.spacing  # the unit is missing, and `_height_factor` says so
     spacing = tuple(float(value * UNITS[unit]) for value in found.spacing)
+    if options.pixel is not None and not np.allclose((options.pixel * axes)[:axes], spacing, rtol=AGREES, atol=0.0):
+        given, stated = (" x ".join(f"{one:.6g}" for one in lengths) for lengths in (options.pixel, spacing))
+        faults.append(option_fault("pixel", f"{given} m", f"{STATED} ({stated} m)", LEAVE))
     for value in spacing:
         if not CLOSEST <= value <= FARTHEST:
             allowed = f"a spacing from {CLOSEST:g} m to {FARTHEST:g} m"

@@ -81,7 +81,6 @@ def surface_of_triples(values: np.ndarray[Any, Any], layout: str, unit: str | No
         return found
     column, columns, along_x = _places(values[:, 0], "x")
     row, rows, along_y = _places(values[:, 1], "y")
-    check_shape((rows, columns))
     if rows * columns > FULLEST_GAPS * len(values):
         refuse_file(
             f"{len(values)} points on {rows} x {columns} places",
@@ -89,6 +88,7 @@ def surface_of_triples(values: np.ndarray[Any, Any], layout: str, unit: str | No
             "Resample scattered points to a grid first. Name the columns in a first line if they are not x, y and "
             "height. A grid of three columns can be saved as NPY.",
         )
+    check_shape((rows, columns))
     heights, missing = _placed(values[:, 2], row * columns + column, rows * columns)
     shape = rows, columns
     return SurfaceFile("text", layout, heights.reshape(shape), missing.reshape(shape), unit, (along_x, along_y))

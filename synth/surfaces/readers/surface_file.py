@@ -157,6 +157,8 @@ def check_shape(shape: tuple[int, ...]) -> None:
         refuse_file(f"an array of {len(shape)} dimensions", "heights along a line or over an area", "Keep one array.")
     if points > MOST_POINTS:
         refuse_file(size, f"at most {MOST_POINTS} points", "Crop it, or keep every second point.")
+    if len(shape) == 2 and min(shape) == 1 and max(shape) >= FEWEST_POINTS:
+        refuse_file(size, f"at least {FEWEST_POINTS} points along each axis", "Save a profile as one dimension.")
     if min(shape) < FEWEST_POINTS:
         refuse_file(size, f"at least {FEWEST_POINTS} points along each axis", "Is this the file of the surface?")
 
