@@ -19,7 +19,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.plan.motion_peak import steady_peak
-from synth.plan.request import Request
+from synth.plan.request import Request, harmonics_in_band
 from synth.plan.silence import RESTS, beyond_band
 from synth.response.demand import Complex, curves, points_for
 from synth.response.lift_gate import gate
@@ -100,6 +100,11 @@ class SteadyScan(Request):
         scan = self.scene.scan  # the gate does not apply to a finger that pulls
         return float(gate(scan.load, scan.lift_load)) if scan.load >= 0.0 else 1.0
 
+    def extent(self, order: int) -> float:
+        """Return the peak-to-peak (SI) at the scan's own speed and load; 0 for a file that is above the band there."""
+        above = self.moving and not self.live and not harmonics_in_band(self.scene, 1)
+        return 0.0 if above else extent_and_peak(self.series(order))[0]
+
     def least(self, order: int) -> float:
         """Return the time derivative of SMALLEST_MOTION at the texture's own frequency, SI."""
         return SMALLEST_MOTION * (2.0 * math.pi * abs(self.turns)) ** order
@@ -118,6 +123,7 @@ class SteadyScan(Request):
         extent, peak = extent_and_peak(series)
         peak = peaks.get(order, peak)
         if self.moving and not self.live:  # the steady motion may be no measure of the file
+            extent = self.extent(order)
             unlike = self.over_area or extent <= self.least(order)
             extent = max(extent, extents.get(order, max(2.0 * peak, self.least(order)) if unlike else 0.0))
         if still and (self.by_hand or channel.quantity != APPROACH):

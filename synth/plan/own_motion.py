@@ -27,7 +27,7 @@ from synth.contact.load_balance import Contact
 from synth.effects.effect import Kind
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.area_cells import MOST_WORK, SECONDS
-from synth.plan.channels import SteadyScan, extent_and_peak
+from synth.plan.channels import SteadyScan
 from synth.plan.direct_plan import PATH_SLOPE
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.frame_plan import FALL, PATIENCE, STILL_SOLVED, FramePlan, solution_nanoseconds
@@ -98,7 +98,7 @@ def _beside_own_peaks(steady: SteadyScan, frames: FramePlan, peaks: Mapping[int,
     errors = []
     for order, error in zip(steady.orders, frames.errors, strict=True):
         least = steady.least(order)
-        still, most = extent_and_peak(steady.series(order))[0] <= least, max(2.0 * peaks[order], least)
+        still, most = steady.extent(order) <= least, max(2.0 * peaks[order], least)
         errors.append(error * least / most if still and most > 0.0 else error)
     return replace(frames, errors=tuple(errors))
 
@@ -184,7 +184,7 @@ def _beyond_series(steady: SteadyScan, plan: FramePlan) -> Array:
     """
     upper = steady.spectrum.harmonics.copy()
     upper[: (len(upper) + 1) // 2] = 0.0
-    extents = [max(extent_and_peak(steady.series(order))[0], steady.least(order)) for order in steady.orders]
+    extents = [max(steady.extent(order), steady.least(order)) for order in steady.orders]
     return _largest(steady, plan, SeriesCurve(upper).heights, np.zeros_like) / extents
 
 
@@ -207,7 +207,7 @@ def with_pieces(
     """
     scene, orders, count, mean = steady.scene, steady.orders, plan.count, choice.solved()
     parts = _Pieces(steady, plan, mean)
-    extents = np.array([extent_and_peak(steady.series(order))[0] for order in orders])
+    extents = np.array([steady.extent(order) for order in orders])
     least = np.array([steady.least(order) for order in orders])
     moved = np.ptp(parts.solved(contact, count, np.full(len(orders), np.inf))[0], axis=1)
     own = np.maximum(moved, np.where(extents <= least, least, extents))

@@ -235,6 +235,17 @@ def test_a_simulated_constant_scan_has_the_level_of_its_own_frames(effect: str) 
         assert np.max(np.abs(sound.values)) / sound.full_scale[0] == pytest.approx(0.8, rel=1e-5)
 
 
+@pytest.mark.filterwarnings("ignore::ridgewave.RenderWarning")
+@pytest.mark.parametrize("loads", [(0.3, 0.3, 0.3, 0.3), (0.3, 0.5, 0.02, 0.3)])
+def test_the_peak_to_peak_of_a_recording_whose_fastest_part_is_above_the_band_is_its_own(loads: Any) -> None:
+    """Its steady motion at that speed has one harmonic, at ten times the band."""
+    points = [[t, x, load] for t, x, load in zip((0.0, 0.02, 0.04, 0.1), (0.0, 0.09, 0.0, 0.5), loads, strict=True)]
+    sound = rw.render({"scan": {"trajectory": points}, "output": {"channels": ["displacement", "acceleration"]}})
+    assert sound.plan is not None
+    told = [one["peak_to_peak"] for one in sound.plan.response["channels"]]
+    np.testing.assert_allclose(told, np.ptp(sound.values, axis=0), rtol=0.3)
+
+
 @pytest.mark.thorough
 def test_pieces_are_not_solved_more_finely_than_the_cells_allow(monkeypatch: pytest.MonkeyPatch) -> None:
     """The cells leave a tenth of the peak-to-peak: a landing to 1e-4 took ten minutes."""
