@@ -34,11 +34,16 @@ from synth.voice.hand_voice import HandVoice
 from synth.voice.live_voice import fixed_faults
 
 LONGEST_BLOCK = 1 << 14  # frames rendered together
-VERSIONS = (1, 2, VERSION)  # versions that can be read
+VERSIONS = (1, 2, 3, VERSION)  # versions that can be read
 OLD_EVENTS = ("rows", "refine")  # ignored events of versions 1 and 2: the time at which each load was solved
 OTHER_ENGINE = (
     "This recording was made before response tables: the motion and the scene are those of the session, but the "
     "samples differ by the interpolation error between the loads that were solved at that time.",
+)
+BEFORE_TABLES = 3  # first version of an engine with response tables
+EARLIER = (
+    "This recording was made by an earlier version: where the hand touched before the first block, its first second is "
+    "up to 1.5 ms later here than it was heard.",
 )
 SCALES = 1e-24, 1e9  # SI: the widest range of FULL_SCALE_RANGES
 MOST_WHOLE = 1 << 53  # up to here every JSON reader keeps whole numbers exactly
@@ -84,7 +89,7 @@ class Replay:
         self._events, self._next = recording.events, 0
         self._fade_from, self._fade = self.frames - recording.faded, end_gains(recording.faded)
         self.voice = HandVoice(recording.scene, cache=cache, exact=exact)
-        self._doubts = OTHER_ENGINE if recording.version < VERSION else ()
+        self._doubts = OTHER_ENGINE if recording.version < BEFORE_TABLES else EARLIER * (recording.version < VERSION)
         self.sample_rate, self.channels = self.voice.sample_rate, self.voice.channels
         self.quantities, self.full_scale = self.voice.quantities, self.voice.full_scale
         if len(self.full_scale) != len(recording.full_scale):
