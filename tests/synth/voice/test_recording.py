@@ -120,6 +120,13 @@ def test_a_recording_of_version_1_plays_in_the_full_band() -> None:
     assert np.array_equal(played(document | {"version": 1}, 10), named)
 
 
+def test_a_recording_of_version_3_says_that_its_beginning_is_later() -> None:
+    voice = HandVoice(parse_scene({}), record=True)
+    voice.render(80)
+    document = voice.recording() | {"version": 3}
+    assert any("first second" in words for words in Recording(document).open().warnings)
+
+
 @pytest.mark.parametrize("version", [1, 2])
 def test_a_recording_made_before_tables_is_played_and_says_that_it_differs(version: int) -> None:
     heard, document = of_scene("displacement")[0], json.loads(of_scene("displacement")[1])
@@ -133,7 +140,7 @@ def test_a_recording_made_before_tables_is_played_and_says_that_it_differs(versi
 @pytest.mark.parametrize(
     ("change", "pointer"),
     [
-        ({"version": 4}, "/version"),
+        ({"version": 5}, "/version"),
         ({"version": "3"}, "/version"),
         ({"version": True}, "/version"),
         ({"version": None}, "/version"),
