@@ -112,7 +112,7 @@ class Simulated:
         """Return the stepper of the plan, made anew: a table `halvings` times half as fine, or so many fewer points."""
         if self.of_points:
             return point_stepper(self.request, self.terms, self.count(halvings), self.plan.simulation.reference)[0]
-        stepper: Any = table_stepper(self.request, self.terms)[0]
+        stepper: Any = table_stepper(self.request, self.terms, self.plan.table_finer)[0]
         for _halving in range(halvings):
             stepper = stepper.coarser()
         return stepper
@@ -122,7 +122,7 @@ class Simulated:
         """The stepper of the reference."""
         if not self.of_points:
             tolerance = TABLE_TOLERANCE * self.request.tolerance
-            return table_stepper(replace(self.request, tolerance=tolerance), self.terms)[0]
+            return table_stepper(replace(self.request, tolerance=tolerance), self.terms, self.plan.table_finer)[0]
         count = self.stepper.points.rows.shape[1] * refinement(self.request)
         return point_stepper(self.request, self.terms, count, self.plan.simulation.reference)[0]
 

@@ -74,10 +74,12 @@ def slope_forces(case: SimulationCase) -> int:
     return int(bool(outputs)) + int(over_area and any(effect.reads_across(settings) for effect, settings in outputs))
 
 
-def table_stepper(case: SimulationCase, terms: Terms) -> tuple[Stepper, Mean]:
+def table_stepper(case: SimulationCase, terms: Terms, finer: float = 1.0) -> tuple[Stepper, Mean]:
     """Return the stepper of `case` with `terms` on a table of the energy, and the mean of z without adhesion.
 
     Without adhesion the mean is read from the table, so it is also the mean of the simulated z.
+
+    finer: the usual tolerance of the table over its own.
     """
     from synth.effects.simulation.energy_table import EnergyTable
     from synth.effects.simulation.table_steps import TableStepper
@@ -85,7 +87,7 @@ def table_stepper(case: SimulationCase, terms: Terms) -> tuple[Stepper, Mean]:
     load, forces, (lightest, heaviest) = case.pressed, bool(outputs_of(case.scene)), _loads_covered(case)
     contact, pull, reach, sunk = _attraction(case, terms, heaviest)
     stiffness = StiffnessLaw.of(contact, heaviest, case.scene.scan.lift_load)
-    exact = LOOSEST_TABLE if case.by_hand else min(max(TABLE_SHARE * case.tolerance, TIGHTEST_TABLE), LOOSEST_TABLE)
+    exact = LOOSEST_TABLE if case.by_hand else table_tolerance(case, finer)
     held = harmonics_in_band(case.scene, N_MAX)
     table = EnergyTable.of(contact, load, lightest, heaviest, sunk, reach, exact, harmonics=held, live=case.live)
     period = contact.geometry.texture_period
@@ -95,6 +97,11 @@ def table_stepper(case: SimulationCase, terms: Terms) -> tuple[Stepper, Mean]:
     ends = (stiffness.lightest, max(case.loads[1], load)) if case.load_varies else (load, load)
     mean = mean_of(stepper.heights, ends, load, _mean_tolerance(case))
     return replace(stepper, pulp=_resting(case, terms, mean)), mean
+
+
+def table_tolerance(case: SimulationCase, finer: float) -> float:
+    """Return the tolerance of the table of a scan; finer: as of `table_stepper`."""
+    return max(min(TABLE_SHARE * case.tolerance, LOOSEST_TABLE) / finer, TIGHTEST_TABLE)
 
 
 def _attraction(case: SimulationCase, terms: Terms, heaviest: float) -> tuple[Contact, float, float, float]:

@@ -3,7 +3,8 @@
 Stage   2, used by `prepare`. `simulation.running` runs the simulation, which replaces the response.
 Model   Points: their distance is halved until their error, from the change of the pilot by the last halving, is within
         POINTS_SHARE of the tolerance. Over an area this takes four times as many.
-        In a file, points also replace a table that is too coarse, such as that of a texture with a long period.
+        A table of a file is made finer while it errs by more than that share. Points replace one that is still too
+        coarse, such as that of a texture with a long period.
         Steps: pilots are run with n and 2 n steps per frame. n is doubled until they agree within SETTLED of the
         tolerance or, live, within TABLE_STEPS of the error of the table if that is larger.
         Change: a pilot of the same contact without mass, memory and adhesion shows what the effects change.
@@ -33,7 +34,7 @@ from synth.effects.simulation.running import RESPONSE, WHOLE, Signal, Simulation
 from synth.effects.simulation.steps import Stepper
 from synth.effects.simulation.terms import ELASTIC, Terms
 from synth.motion.moved_skin import mover_of
-from synth.plan.contact_steppers import point_stepper, slope_forces, table_stepper
+from synth.plan.contact_steppers import TIGHTEST_TABLE, point_stepper, slope_forces, table_stepper, table_tolerance
 from synth.plan.effect_choice import SimulationCase, relative_change
 from synth.plan.pilot_run import (
     LONGEST_OWN,
@@ -73,6 +74,7 @@ TABLE_STEPS = 0.25  # the same, live, as a part of the error of the table if tha
 RESTED = 512.0  # harmonics of the scan by which a finger at rest is planned; with 64, its place erred by 2e-4
 TOO_COARSE = 4.0  # error of a file's table over the tolerance, above which points replace the table; they cost more
 POINTS_SHARE = 0.4  # error of the skin's points, as a part of the tolerance
+FINER_TABLE = 8.0  # factor on the tolerance of a table, while a quantity errs by more than POINTS_SHARE
 LEFT_BY_POINTS = 0.55  # error over the change by half the points: order 1.5, from kinks where surfaces begin to touch
 LEFT_BY_CORNERS = 1.0  # the same on a texture with corners: order 1
 LEFT_OVER_AREA = 1.1  # the same of a fingertip, whose rows converge unevenly: of 150 random scenes one needed 1.1
@@ -92,6 +94,7 @@ class SimulationPlan:
     coarser: two simulations that differ in their points or in their table only, the coarser one first; or none.
     filtered: the part of `errors` by the filter.
     of_series: whether the samples are read from the series of a period, instead of being simulated while it plays.
+    table_finer: of the table, as of `table_stepper`.
     """
 
     simulation: Simulation
@@ -104,6 +107,7 @@ class SimulationPlan:
     coarser: tuple[Simulation, ...]
     filtered: float
     of_series: bool
+    table_finer: float
 
     @property
     def nominal(self) -> Simulation:
@@ -166,7 +170,9 @@ def plan_simulation(case: SimulationCase, terms: Terms, *, of_points: bool = Fal
     busy, patience = (BUSY, PATIENCE) if case.live else (BUSY_FILE, PATIENCE_FILE)
     counts = _points(case, terms, busy) if of_points else [0]
     tried = _begun(case, terms, counts[0])
-    of_contact, pair = table_errors(case, tried)
+    (of_contact, pair), table_finer = table_errors(case, tried), 1.0
+    if not counts[0] and not case.live:
+        tried, of_contact, pair, table_finer = _on_finer_table(case, terms, tried, of_contact, pair)
     coarse = not case.live and max(of_contact) > TOO_COARSE * case.tolerance
     if coarse and terms.adhesion is None and case.contact.of_one_line:
         return plan_simulation(case, terms, of_points=True)
@@ -192,7 +198,9 @@ def plan_simulation(case: SimulationCase, terms: Terms, *, of_points: bool = Fal
     errors = tuple(sum(each) + filtered for each in parts)
     ready = replace(heard.simulation, scene=case.scene, offset=heard.offset)
     twice, *halves = (replace(one, filters=_filters_of(case, terms, one.steps)) for one in (finer.simulation, *pair))
-    return SimulationPlan(ready, case.orders, change, errors, peaks, heard, twice, tuple(halves), filtered, of_series)
+    return SimulationPlan(
+        ready, case.orders, change, errors, peaks, heard, twice, tuple(halves), filtered, of_series, table_finer
+    )
 
 
 def _at_rest(case: SimulationCase, terms: Terms) -> SimulationPlan:
@@ -206,6 +214,24 @@ def _at_rest(case: SimulationCase, terms: Terms) -> SimulationPlan:
     slow = replace(case, scene=scene.model_copy(update={"scan": scan, "output": output}))
     plan = plan_simulation(slow, terms.of_rest)
     return replace(plan, simulation=replace(plan.simulation, scene=scene))
+
+
+def _on_finer_table(
+    case: SimulationCase, terms: Terms, tried: Pilot, errors: tuple[float, ...], pair: tuple[Simulation, ...]
+) -> tuple[Pilot, tuple[float, ...], tuple[Simulation, ...], float]:
+    """Return `tried` on a table that is fine enough, its error by the table, and the two simulations of `table_errors`.
+
+    The table keeps its tolerance of z; a derivative of z may err more. The last value is that of `table_stepper`.
+    """
+    finer, most = 1.0, POINTS_SHARE * case.tolerance
+    while tried.repeats and max(errors) > most and table_tolerance(case, finer) > TIGHTEST_TABLE:
+        stepper = table_stepper(case, terms, finer * FINER_TABLE)[0]
+        other = started(replace(tried.simulation, stepper=stepper), case)
+        fewer, both = table_errors(case, other)
+        if not max(fewer) < max(errors):  # it has as many nodes as are allowed
+            break
+        tried, errors, pair, finer = other, fewer, both, finer * FINER_TABLE
+    return tried, errors, pair, finer
 
 
 def _on_more_points(
