@@ -205,6 +205,7 @@ class AddedChannel:
     error: largest error relative to that peak-to-peak.
     method: how the channel is computed, in words.
     unfelt: error below which nobody is warned, whatever the tolerance.
+    work: measured processor time of a second of sound (s), of what is solved live for this channel and those beside it.
     """
 
     quantity: str
@@ -213,6 +214,7 @@ class AddedChannel:
     error: float
     method: str
     unfelt: float = 0.0
+    work: float = 0.0
 
 
 class OutputStage(Protocol):

@@ -95,6 +95,7 @@ def _direct_documents(direct: DirectPlan) -> dict[str, Any]:
 def _channels(solved: Preparation) -> list[dict[str, Any]]:
     """Return the channels of the response, then those that effects add."""
     added = {} if solved.effects is None else {one.quantity: one.method for one in solved.effects.channels}
+    works = {} if solved.effects is None else {one.quantity: one.work for one in solved.effects.channels}
     readers = {
         channel.quantity: "simulation" if solved.simulated else "" if channel.reader is None else channel.reader.name
         for channel in solved.channels
@@ -107,6 +108,7 @@ def _channels(solved: Preparation) -> list[dict[str, Any]]:
             "peak_to_peak": channel.extent,
             "reader": readers[channel.quantity],
         }
+        | ({"processor_seconds_a_second": works[channel.quantity]} if works.get(channel.quantity) else {})
         for channel in solved.all_channels
     ]
 

@@ -54,6 +54,7 @@ class MovingForce:
     series: harmonics of a swing of the finger, without the mean, N.
     mean: of the swing, N.
     error: relative to the peak-to-peak of the swing.
+    work: measured processor time of a second of sound, of a force that is solved live, s.
     """
 
     force: ForceOverArea
@@ -61,6 +62,7 @@ class MovingForce:
     series: Complex
     mean: float
     error: float
+    work: float = 0.0
 
     @classmethod
     def of(cls, solved: Preparation, force: ForceOverArea) -> MovingForce:
@@ -79,17 +81,20 @@ class MovingForce:
         if not solved.live:
             scale = min(1.0, band / (BAND * scene.output.sample_rate))
             frames = force_frames(solved, force, float(cells[0]), solved.tolerance, scale)
+        work = 0.0
         if frames is not None:
             error = frames.errors[0]
         else:
-            error = float(folded_errors(force, short, (load, load))[0][0] + cells[0]) + _filters(solved)[0].error
+            (folded, seconds), chosen = folded_errors(force, short, (load, load)), _filters(solved)[0]
+            error = float(folded[0] + cells[0]) + chosen.error
+            work = seconds * scene.output.sample_rate / chosen.stride
         if (scene.scan.turns or (solved.by_hand and solved.over_area)) and not force.contact.of_any_direction:
             larger = force.doubled()  # whose error is as large or larger, and takes a quarter of the time
             error += float(turning_errors(larger, larger, short, load)[0])
         values = swing.heights(force, load, 0.5)
         series = harmonics_of(values, max(1, math.ceil(band * swing.seconds) - 1))
         mean, series[0] = float(series[0].real), 0.0
-        return cls(force, frames, series, mean, error)
+        return cls(force, frames, series, mean, error, work)
 
 
 def force_frames(

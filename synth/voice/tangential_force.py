@@ -109,7 +109,10 @@ class TangentialStage:
         method = "solved forces" if slopes[0].moving else "response table of the force"
         if steady:
             method = SeriesCurve(slopes[0].series).name
-        stage = cls(law, solved, slopes, friction, steady, _channels(law, components, lifted, method))
+        moving = (one.moving for one in (*slopes, friction) if one is not None and one.moving is not None)
+        first, *others = _channels(law, components, lifted, method)
+        channels = replace(first, work=sum(one.work for one in moving)), *others
+        stage = cls(law, solved, slopes, friction, steady, channels)
         return stage.levelled() if of_file else stage
 
     def levelled(self) -> TangentialStage:
