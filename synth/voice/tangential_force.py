@@ -111,7 +111,7 @@ class TangentialStage:
             method = SeriesCurve(slopes[0].series).name
         moving = (one.moving for one in (*slopes, friction) if one is not None and one.moving is not None)
         first, *others = _channels(law, components, lifted, method)
-        channels = replace(first, work=sum(one.work for one in moving)), *others
+        channels = replace(first, work=math.fsum(one.work for one in moving)), *others
         stage = cls(law, solved, slopes, friction, steady, channels)
         return stage.levelled() if of_file else stage
 
