@@ -24,6 +24,7 @@ from service.app import create_app
 from service.http.content_negotiation import APART
 from service.http.reference import Reference
 from service.http.routes.imported_textures import PIECE_BYTES
+from synth.motion.motion import Update
 from synth.scene import scene
 from synth.scene.scene import parse_scene
 from synth.surfaces.surface_data import SurfaceData
@@ -170,6 +171,8 @@ def test_a_service_that_only_serves_makes_openapi_and_docs_at_its_start(
 def test_the_plan_of_a_live_session_makes_no_document_of_its_scene(made: Made) -> None:
     hand = kept_engine().open_hand(parse_scene(recording(50)))
     assert isinstance(hand, HandVoice)
+    hand.touch(Update(0, 0.0, 0.0, None, 0.3))
+    hand.render(480)
     whole = hand.plan.document()
     made.clear()
     plan = hand.plan_document
