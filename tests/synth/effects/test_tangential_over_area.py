@@ -137,7 +137,7 @@ def test_friction_is_against_the_motion_and_of_the_power_of_the_pressure(finger:
     check(voice, forces_of(voice), np.array(slopes) + direction_of("turning") * friction)
 
 
-@pytest.mark.parametrize("finger", ["comb", thorough("fingertip"), thorough("probe")])
+@pytest.mark.parametrize("finger", [thorough("comb"), thorough("fingertip"), "probe"])
 def test_coulombs_friction_has_the_size_mu_w(finger: str) -> None:
     plain, whole = (
         forces_of(
