@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ridgewave.scenes import parse_scene
 from service.store.own_textures import imported_textures
 from synth.errors import Fault, InvalidRequest, shown
+from synth.scene.array_values import is_array
 from synth.scene.scene import scene_document
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ def sweep(
     lines: int = 32,
     skin: bool = False,
     most_scenes: int | None = None,
+    textures: Mapping[str, Any] | None = None,
     parts: str | os.PathLike[str] | None = None,
     workers: int | None = 1,
     scheduler: str | None = None,
@@ -48,6 +50,7 @@ def sweep(
     lines: recorded lines of the spectrum.
     skin: whether what the receptors of the skin feel is recorded, too.
     most_scenes: largest number of scenes; None for 200,000.
+    textures: textures with names of this study, for an axis "texture.kind".
     parts: folder that keeps finished chunks, from which an interrupted sweep goes on; None keeps none.
     workers: processes; None for one a processor. With more than 1, a script needs `if __name__ == "__main__"`.
     scheduler: address of a Dask scheduler, in place of processes.
@@ -65,8 +68,10 @@ def sweep(
         raise InvalidRequest([Fault("/workers", shown(workers), "a whole number from 1, or None", hint)])
     needed("xarray")
     document = {"scene": scene_document(parse_scene(scene)), "axes": axes, "sample": sample}
-    if not isinstance(kinds := axes.get("texture.kind", ()), Mapping):
-        document["textures"] = imported_textures(kinds)
+    kinds: Any = axes.get("texture.kind")
+    kinds = kinds.tolist() if is_array(kinds) else kinds
+    imported = imported_textures(kinds) if isinstance(kinds, list | tuple) else {}
+    document["textures"] = imported | dict(textures or {})
     spec = read_spec({**document, "phases": phases, "lines": lines, "skin": skin, "most_scenes": most_scenes})
     with tempfile.TemporaryDirectory(prefix="ridgewave-study-") as own:
         folder = Path(own if parts is None else parts)

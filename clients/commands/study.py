@@ -74,7 +74,9 @@ def _checked(arguments: argparse.Namespace) -> StudySpec:
         document["scene"] = with_imported(with_files(scene))
     if isinstance(axes := document.get("axes"), dict) and isinstance(kinds := axes.get("texture.kind"), list):
         named = document.get("textures")
-        document["textures"] = imported_textures(kinds) | (named if isinstance(named, dict) else {})
+        document["textures"] = (
+            imported_textures(kinds) | named if isinstance(named, dict) else named or imported_textures(kinds)
+        )
     spec = read_spec(document)
     if arguments.dataset:
         _check_dataset(arguments)

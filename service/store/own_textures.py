@@ -7,11 +7,13 @@ Limits: the folder is that of RIDGEWAVE_DATA_FOLDER or of the platform. A servic
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 from service.store.data_folder import folder_of_environment
 from service.store.store import Store
 from service.store.stored_texture import StoredTexture
+from synth.errors import SceneError
 from synth.scene.catalogue import CatalogueEntry
 
 
@@ -38,7 +40,17 @@ def with_imported(document: Any) -> Any:
 
 
 def imported_textures(kinds: Iterable[Any]) -> dict[str, dict[str, Any]]:
-    """Return the texture of each of `kinds` that is the name of an imported one. Raises SceneError for one near it."""
-    asked = {one: {"kind": one} for one in kinds if isinstance(one, str)}
-    found = {one: with_imported({"texture": texture})["texture"] for one, texture in asked.items()}
-    return {one: texture for one, texture in found.items() if texture != asked[one]}
+    """Return the texture of each of `kinds` that is the name of an imported one. Raises SceneError for one near it.
+
+    kinds: values of an axis of a study, at which the pointers of the faults are.
+    """
+    found = {}
+    for number, one in enumerate(kinds):
+        try:
+            texture = with_imported({"texture": {"kind": one}})["texture"]
+        except SceneError as error:
+            faults = [replace(fault, pointer=f"/axes/texture.kind/{number}") for fault in error.faults]
+            raise SceneError(faults) from None
+        if texture != {"kind": one}:
+            found[one] = texture
+    return found

@@ -52,7 +52,7 @@ class Comparison:
 
     name: of the recording. quantity: of COMPARED. rate: Hz.
     stated_speed, speed: of the scene, and the one that fits, m/s; None where no line is found.
-    gain: dB that is added to the recording; None: its scale is known.
+    gain: dB that is added to the recording; None: its scale is known, or nothing can be compared.
     lines: compared lines. spectrum: of the recording, without the gain.
     warnings: sentences.
     """
@@ -120,8 +120,10 @@ def compared(scene: Scene, values: Array, rate: float, quantity: str, name: str,
     gain = None
     if not scaled:
         known = [one for one in differences if one is not None]
-        gain = -float(np.median(known)) if known else 0.0
-        differences = [None if one is None else one + gain for one in differences]
+        gain = -float(np.median(known)) if known else None
+        differences = [None if one is None else one + (gain or 0.0) for one in differences]
+        if gain is None:
+            warnings.append("No line of the model is found, so no gain is fitted.")
     lines = tuple(Compared(*pair) for pair in zip(measured, sizes.tolist(), differences, strict=True))
     return Comparison(name, quantity, rate, stated, speed, gain, lines, spectrum, tuple(warnings))
 

@@ -27,6 +27,7 @@ OVERLAPPED = 36.0 / 19.0  # degrees of freedom of each Hann segment that half ov
 ALARMS = 0.01  # part of recordings of noise in which a line is claimed
 DRIFT = 0.015  # of the frequency: how far a line may be spread to each side, by a speed that drifts by 1 %
 BLOCK = 0.1  # s, over which the level is taken
+LOUD = 0.9  # quantile of the power over blocks that is the level of a scan: a knock at its beginning is above it
 QUIET = 0.1  # power of a pause over that of the rest, -10 dB
 PAUSED = 0.1  # least part of a recording in pauses that is told: levels are 0.5 dB lower with it
 AROUND = 64  # bins on each side over which the noise is judged
@@ -116,15 +117,12 @@ def pause_of(values: Array, rate: float, slowest: float = 0.0) -> str:
     block = max(1, round(max(BLOCK, slowest) * rate))
     whole = values[: len(values) // block * block].reshape(-1, block)
     power = np.var(whole, axis=1)
-    total = float(np.sum(power))
-    if total == 0.0:
-        return ""
-    part = float(np.mean(power < QUIET * np.sum(power**2) / total))
+    part = float(np.mean(power < QUIET * np.quantile(power, LOUD)))
     if part < PAUSED:
         return ""
     lower = -10.0 * math.log10(1.0 - part)
     return (
-        f"The level varies: {100.0 * part:.2g} % of the recording is quieter than the rest by 10 dB or more, so its "
+        f"The level varies: {round(100.0 * part)} % of the recording is quieter than the rest by 10 dB or more, so its "
         f"levels are some {lower:.1f} dB lower. Cut it to the scan."
     )
 

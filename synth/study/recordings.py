@@ -9,7 +9,9 @@ Limits  Times at equal steps: those of a clock that are off by more than LATE ar
 
 from __future__ import annotations
 
+import csv
 import itertools
+import math
 import os
 import re
 from dataclasses import dataclass
@@ -28,10 +30,13 @@ if TYPE_CHECKING:
     from synth.encode.sound import Sound
 
 SOUNDS, TABLES = (".wav", ".flac"), (".csv", ".parquet")
-TIMES = ("t", "time", "t (s)", "time (s)", "time_s")
+TIMES = re.compile(r"(t|time)[ _]*[\[(]?(?P<unit>s|ms|us|µs)?[\])]?")  # names of columns of times
+SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
 LATE = 0.75  # of a step: a time is off by no more, as times may be rounded to whole ms at 1024 Hz
+GAP = 1.9  # steps: a longer one lacks a sample
+ROUNDED = 16.0  # steps by which a time is off at most where it is rounded; beyond, the steps differ
 AGREES = 0.01  # of the rate of a table with times: a rate that is written beside them
-MOST_HEADER = 64  # lines of a table in which its separator is looked for
+MOST_HEADER = 1024  # lines of a table in which its separator is looked for
 MOST_SAMPLES = 1 << 24  # of a file from anybody: a FLAC of 1 MB may hold hours of silence
 
 
@@ -155,13 +160,13 @@ def _table(path: Path, column: str | None, rate: float | None, scale: float | No
         parquet = path.suffix.lower() == ".parquet"
         table: Any = pandas.read_parquet(path) if parquet else pandas.read_csv(path, **_layout(path))
     except (ValueError, pandas.errors.ParserError) as error:
-        allowed = "a header row, then rows of numbers between commas, semicolons or tabs; comments begin with #"
+        allowed = "UTF-8: a header row, then rows of numbers between commas, semicolons or tabs; comments begin with #"
         raise _refused("/recording", str(path), allowed, "Is it complete?") from error
     names = [str(name) for name in table.columns]
-    times = [name for name in names if name.strip().lower() in TIMES]
+    times = sorted((name for name in names if TIMES.fullmatch(name.strip().lower())), key=len, reverse=True)
     others = [name for name in names if name not in times]
     chosen = column if column is not None else others[0] if len(others) == 1 else None
-    if chosen not in names:
+    if chosen not in others:
         allowed = f"one of {', '.join(others)}"
         raise _refused("/column", chosen or "none", allowed, "Name the column of the samples.")
     values = pandas.to_numeric(table[chosen], errors="coerce").to_numpy(np.float64)
@@ -169,21 +174,37 @@ def _table(path: Path, column: str | None, rate: float | None, scale: float | No
         row = int(np.flatnonzero(~np.isfinite(values))[0])
         raise _refused("/column", f"row {row + 1} of {chosen}", "a finite number in every row", "Fill or cut the gap.")
     clock = pandas.to_numeric(table[times[0]], errors="coerce").to_numpy(np.float64) if times else None
+    if clock is not None and (found := TIMES.fullmatch(times[0].strip().lower())):
+        clock = clock * SECONDS[found["unit"] or "s"]
     return Recording(path.name, values * (1.0 if scale is None else scale), _rate(clock, rate), "", scale is not None)
 
 
 def _layout(path: Path) -> dict[str, Any]:
-    """Return how pandas reads the text of a logger: separator, decimal sign, comments, and a header after a #."""
-    with path.open(encoding="utf-8-sig", errors="replace") as file:
-        lines = [line for line in itertools.islice(file, MOST_HEADER) if line.strip()]
-    comments = list(itertools.takewhile(lambda line: line.startswith("#"), lines))
-    beginning = lines[len(comments) : len(comments) + 2]
-    separator = next((one for one in ("\t", ";") if beginning and one in beginning[0]), ",")
-    commas = separator != "," and bool(beginning) and re.search(r"\d,\d", beginning[-1]) is not None
-    how: dict[str, Any] = {"sep": separator, "decimal": "," if commas else ".", "comment": "#", "encoding": "utf-8-sig"}
-    first = beginning[0].split(separator)[0].strip().replace(",", ".") if beginning else ""
+    """Return how pandas reads the text of a logger: separator, decimal sign, lines to skip, and a header after a #.
+
+    Raises InvalidRequest where a row has more cells than the header.
+    """
+    with path.open(encoding="utf-8-sig") as file:
+        lines = list(itertools.islice(file, MOST_HEADER))
+    skipped = next((n for n, line in enumerate(lines) if line.strip() and not line.startswith("#")), len(lines))
+    comments = [line for line in lines[:skipped] if line.strip()]
+    rows = [line.strip("\r\n") for line in lines[skipped:] if line.strip()]
+    separator = next((one for one in ("\t", ";") if rows and one in rows[0]), ",")
+    commas = separator != "," and any(re.search(r"\d,\d", row) for row in rows[1:])
+    how: dict[str, Any] = {"sep": separator, "decimal": "," if commas else ".", "encoding": "utf-8-sig"}
+    how |= {"skiprows": skipped, "index_col": False}
+    header = rows[0] if rows else ""
+    first = header.split(separator)[0].strip().replace(",", ".")
     if comments and re.fullmatch(r"[-+]?\d*\.?\d+(e[-+]?\d+)?", first.lower()):  # its header is a comment too
-        how |= {"header": None, "names": [one.strip() for one in comments[-1].lstrip("#").split(separator)]}
+        header = comments[-1].lstrip("#")
+        how |= {"header": None, "names": [one.strip() for one in header.split(separator)]}
+    cells = len(next(csv.reader([header], delimiter=separator), []))
+    for row in rows[1:]:
+        found = next(csv.reader([row.rstrip(separator)], delimiter=separator), [])
+        if len(found) > cells:
+            allowed = f"{cells} cells, as the header has"
+            hint = "Write semicolons between cells with decimal commas, and a name for every column."
+            raise _refused("/recording", f"{len(found)} cells in {row[:40]!r}", allowed, hint)
     return how
 
 
@@ -195,12 +216,18 @@ def _rate(clock: Array | None, rate: float | None) -> float:
         return rate
     numbers = np.arange(len(clock))
     step, begin = np.polyfit(numbers, clock, 1) if len(clock) > 1 and np.all(np.isfinite(clock)) else (0.0, 0.0)
-    even = step > 0.0 and np.max(np.abs(clock - begin - step * numbers)) <= LATE * step
+    late = float(np.max(np.abs(clock - begin - step * numbers))) / step if step > 0.0 else math.inf
     if rate is None:
-        if not even:
-            raise _refused("/recording", "its times", "times at equal steps", "Resample it, or write --rate.")
+        gaps = np.flatnonzero(np.diff(clock) > GAP * step) if late < ROUNDED else np.empty(0)
+        if len(gaps):
+            row = int(gaps[0]) + 2
+            raise _refused(
+                "/recording", f"a gap before row {row}", "times at equal steps", "Fill the gap, or cut there."
+            )
+        if late > LATE:
+            raise _refused("/recording", "its times", "times at equal steps, in s", "Resample it, or write --rate.")
         return float(1.0 / step)
-    if even and abs(rate * step - 1.0) > AGREES:
+    if late < ROUNDED and abs(rate * step - 1.0) > AGREES:
         hint = "Leave the rate out, or the column of the times."
         raise _refused("/rate", f"{rate:g} Hz", f"{1.0 / step:.6g} Hz, as the times of the table say", hint)
     return rate

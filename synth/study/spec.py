@@ -25,9 +25,11 @@ import numpy as np
 
 from synth.contact.groups import with_groups
 from synth.errors import Fault, SceneError, shown
+from synth.scene.catalogue import catalogue_names
 from synth.scene.merge import merge_patch
 from synth.scene.scene import Scene, parse_scene, scene_document
 from synth.scene.text import object_from_text
+from synth.scene.texture_registry import kinds
 from synth.study.axes import GROUPS, Axis, read_axis
 from synth.study.samples import LARGEST, POINTS, Sample, read_sample, whole_number
 from synth.study.variables import VARIABLES, shape_of
@@ -119,7 +121,7 @@ def scene_at(base: dict[str, Any], values: Mapping[str, Any], textures: Mapping[
     """
     patch: dict[str, Any] = {}
     groups = {}
-    for written, given in values.items():
+    for written, given in sorted(values.items(), key=lambda one: one[0] != KIND):  # its fields, then those of the axes
         own = textures.get(given) if written == KIND and isinstance(given, str) else None
         name, value = (written, given) if own is None else ("texture", own)
         *above, last = name.split(".")
@@ -189,6 +191,8 @@ def _textures(written: object) -> dict[str, dict[str, Any]]:
     if not isinstance(written, Mapping):
         raise _refused("/textures", written, "an object with a texture for each name", 'Write {"mine": {...}}.')
     for name, section in written.items():
+        if name in kinds() or name in catalogue_names():
+            raise _refused("/textures", name, "a name that no kind and no texture of the catalogue has", "Rename it.")
         if not isinstance(section, Mapping):
             raise _refused(f"/textures/{name}", section, "a texture", 'Write {"kind": "sinusoid", "period": "1 mm"}.')
     return {str(name): dict(section) for name, section in written.items()}
@@ -218,10 +222,17 @@ def _same_length(axes: list[Axis]) -> int:
 
 def _words_fit(spec: StudySpec) -> None:
     """Refuse words, such as the names of textures, that no scene has, before anything is computed."""
+    for name in spec.textures:
+        try:
+            scene_at(spec.scene, {KIND: name}, spec.textures)
+        except SceneError as error:
+            at = f"/textures/{name.replace('~', '~0').replace('/', '~1')}"
+            faults = [replace(one, pointer=at + one.pointer.removeprefix("/texture")) for one in error.faults]
+            raise SceneError(faults) from None
     for axis in spec.axes:
         for number, value in enumerate(axis.values):
             if isinstance(value, float | int):
-                break
+                continue
             try:
                 scene_at(spec.scene, {axis.name: value}, spec.textures)
             except SceneError as error:

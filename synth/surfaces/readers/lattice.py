@@ -29,6 +29,11 @@ from synth.surfaces.readers.surface_file import (
 WITHIN = 0.01  # of a step: permitted deviation of a coordinate from its place
 MOST_ROUNDED = 0.05  # of a step: 0.12, 0.25, 0.38 are equal steps that were rounded; 3, 7, 10 are unequal
 SAME = 1e-3  # of the greatest step: coordinates that are closer differ by rounding only
+SCATTERED, FEWEST_SCATTERED = 0.5, 32  # part of points with an x, and a y, of their own; least number of them
+TO_A_GRID = (
+    "Resample scattered points to a grid first. Name the columns in a first line if they are not x, y and height. "
+    "A grid of three columns can be saved as NPY."
+)
 FULLEST_GAPS = 4  # largest number of places per point; with more, the lattice is a large empty area with a few points
 CERTAIN = 8  # so many gaps at regular distances are no missing points, but steps that were rounded
 DIGITS_OF = 2000  # coordinates whose digits tell the resolution of all
@@ -79,14 +84,16 @@ def surface_of_triples(values: np.ndarray[Any, Any], layout: str, unit: str | No
     if len(np.unique(values[:, 1])) == 1:
         found = profile_of_pairs(values[:, [0, 2]], f"{layout}, all on one line", unit)
         return found
+    apart = min(len(np.unique(values[:, axis])) for axis in range(2))
+    if apart > SCATTERED * len(values) > FEWEST_SCATTERED:
+        refuse_file(f"{len(values)} points that are scattered", "points on a regular lattice", TO_A_GRID)
     column, columns, along_x = _places(values[:, 0], "x")
     row, rows, along_y = _places(values[:, 1], "y")
     if rows * columns > FULLEST_GAPS * len(values):
         refuse_file(
             f"{len(values)} points on {rows} x {columns} places",
             "points on a regular lattice",
-            "Resample scattered points to a grid first. Name the columns in a first line if they are not x, y and "
-            "height. A grid of three columns can be saved as NPY.",
+            TO_A_GRID,
         )
     check_shape((rows, columns))
     heights, missing = _placed(values[:, 2], row * columns + column, rows * columns)

@@ -151,6 +151,8 @@ def test_a_pause_is_told_with_what_it_takes_from_the_levels(idle: float) -> None
     lower = 10.0 * math.log10(1.0 + idle / SECONDS)
     assert any(f"some {lower:.1f} dB lower" in text for text in found.warnings)
     assert not beside(TIP, values).warnings
+    knock = 10.0 * np.std(values) * np.random.default_rng(4).standard_normal(round(0.1 * RATE))
+    assert not any("lower" in text for text in beside(TIP, np.concatenate([knock, values])).warnings)
 
 
 def test_a_render_is_its_own_model(tmp_path: Any) -> None:

@@ -97,7 +97,7 @@ def test_what_a_file_knows_is_not_overruled(tmp_path: Path) -> None:
         rw.analyze(np.ones(9000) * 1j, quantity="velocity", rate=8000)
 
 
-LOGGERS = ["time;az\n{0};{1}", "# fs 4000 Hz\n# logger 7\ntime,az\n{0},{1}", "# time\taz\n{0}\t{1}"]
+LOGGERS = ["Time [s];az\n{0};{1}", "# fs 4000 Hz\n# logger 7\ntime,az\n{0},{1}", "# time\taz\n{0}\t{1}"]
 
 
 @pytest.mark.parametrize(
@@ -124,3 +124,30 @@ def test_times_may_be_rounded_and_a_rate_may_be_written_beside_them(tmp_path: Pa
     assert read_recording(uneven, rate=1024.0).rate == 1024.0
     with pytest.raises(rw.InvalidRequest, match="as the times of the table say"):
         read_recording(tmp_path / "ms.csv", rate=2000.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("az\n" + "0,0712\n" * 400, "semicolons"),
+        ("time,az\n" + "".join(f"0,{n:03d},1,5\n" for n in range(400)), "semicolons"),
+        ("time,az\n" + "".join(f"{(n + (n > 200)) / 4000:.6f},{n % 7}\n" for n in range(400)), "a gap before row 202"),
+        ("time,az\n" + "".join(f"{n / 8000:.3f},{n % 7}\n" for n in range(400)), "equal steps"),
+    ],
+)
+def test_a_table_that_would_be_misread_is_refused(tmp_path: Path, text: str, word: str) -> None:
+    pytest.importorskip("pandas")
+    (tmp_path / "a.csv").write_text(text)
+    with pytest.raises(rw.InvalidRequest, match=word):
+        read_recording(tmp_path / "a.csv", column="az", rate=None if "time" in text else 8000.0)
+
+
+def test_names_with_a_hash_trailing_separators_and_times_in_ms_are_read(tmp_path: Path) -> None:
+    pytest.importorskip("pandas")
+    rows = "".join(f"{n / 4:.2f};{one:.6f};{2 * one:.6f};\n" for n, one in enumerate(VALUES.tolist()))
+    (tmp_path / "a.csv").write_text("time (ms);ch#1;ch#2;\n" + rows)
+    for name, factor in (("ch#1", 1.0), ("ch#2", 2.0)):
+        found = read_recording(tmp_path / "a.csv", column=name)
+        assert found.rate == pytest.approx(RATE) and found.values == pytest.approx(factor * VALUES, abs=1e-5)
+    with pytest.raises(rw.InvalidRequest, match="time"):
+        read_recording(tmp_path / "a.csv", column="time (ms)")

@@ -160,5 +160,11 @@ def test_a_study_has_names_of_its_own_for_textures() -> None:
     assert [one.phase for one in kinds] == [0.0, 1.0] * 2 and kinds[2].period == 2e-3
     assert columns["texture.kind"] == ["grating-800um-40um"] * 2 + ["deep"] * 2
     assert read_spec(json.dumps(spec.document())).key == spec.key
+    periods = scene_at(spec.scene, {"texture.period": 4e-3, "texture.kind": "deep"}, spec.textures).texture
+    assert periods.period == 4e-3, "the value of an axis counts, in any order of the axes"
+    for name, section, at in (("sinusoid", own["deep"], "/textures"), ("a/b", {"kind": "nope"}, "/textures/a~1b/kind")):
+        with pytest.raises(rw.SceneError) as refused:
+            read_spec({"axes": PERIOD, "textures": {name: section}})
+        assert refused.value.faults[0].pointer == at
     with pytest.raises(rw.SceneError, match=r"axes.texture.kind.1.*'dep'"):
         read_spec({"axes": {"texture.kind": ["deep", "dep"]}, "textures": own})
