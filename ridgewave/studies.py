@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ridgewave.scenes import parse_scene
-from service.store.own_textures import imported_textures
+from service.store.own_textures import study_with_imported
 from synth.errors import Fault, InvalidRequest, shown
-from synth.scene.array_values import is_array
 from synth.scene.scene import scene_document
 
 if TYPE_CHECKING:
@@ -67,12 +66,9 @@ def sweep(
         hint = "Write 1 for this process, or None for one a processor."
         raise InvalidRequest([Fault("/workers", shown(workers), "a whole number from 1, or None", hint)])
     needed("xarray")
-    document = {"scene": scene_document(parse_scene(scene)), "axes": axes, "sample": sample}
-    kinds: Any = axes.get("texture.kind")
-    kinds = kinds.tolist() if is_array(kinds) else kinds
-    imported = imported_textures(kinds) if isinstance(kinds, list | tuple) else {}
-    document["textures"] = imported | dict(textures or {})
-    spec = read_spec({**document, "phases": phases, "lines": lines, "skin": skin, "most_scenes": most_scenes})
+    document = {"scene": scene_document(parse_scene(scene)), "axes": axes, "sample": sample, "textures": textures}
+    asked = {"phases": phases, "lines": lines, "skin": skin, "most_scenes": most_scenes}
+    spec = read_spec(study_with_imported(document | asked))
     with tempfile.TemporaryDirectory(prefix="ridgewave-study-") as own:
         folder = Path(own if parts is None else parts)
         run(spec, folder, workers=workers, scheduler=scheduler, progress=progress)

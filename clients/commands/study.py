@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from clients.command_line.exit_codes import DONE, invalid_request
 from clients.command_line.printing import print_json, print_table, say, warn
 from clients.command_line.progress import Progress, Waiting
-from service.store.own_textures import imported_textures, texture_named, with_imported
+from service.store.own_textures import study_with_imported, texture_named, with_imported
 from synth.errors import CannotRender
 from synth.scene.text import object_from_text
 from synth.scene.texture_registry import with_files
@@ -72,12 +72,7 @@ def _checked(arguments: argparse.Namespace) -> StudySpec:
         scene = dict(texture_named(scene).document)
     if isinstance(scene, dict):
         document["scene"] = with_imported(with_files(scene))
-    if isinstance(axes := document.get("axes"), dict) and isinstance(kinds := axes.get("texture.kind"), list):
-        named = document.get("textures")
-        document["textures"] = (
-            imported_textures(kinds) | named if isinstance(named, dict) else named or imported_textures(kinds)
-        )
-    spec = read_spec(document)
+    spec = read_spec(study_with_imported(document))
     if arguments.dataset:
         _check_dataset(arguments)
     check_figure(spec.figure, arguments.figure or ())

@@ -6,7 +6,7 @@ Limits: the folder is that of RIDGEWAVE_DATA_FOLDER or of the platform. A servic
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -14,6 +14,7 @@ from service.store.data_folder import folder_of_environment
 from service.store.store import Store
 from service.store.stored_texture import StoredTexture
 from synth.errors import SceneError
+from synth.scene.array_values import is_array
 from synth.scene.catalogue import CatalogueEntry
 
 
@@ -39,12 +40,16 @@ def with_imported(document: Any) -> Any:
     return store.named(document, "")
 
 
-def imported_textures(kinds: Iterable[Any]) -> dict[str, dict[str, Any]]:
-    """Return the texture of each of `kinds` that is the name of an imported one. Raises SceneError for one near it.
+def study_with_imported(document: dict[str, Any]) -> dict[str, Any]:
+    """Return the spec of a study with the user's textures under the names that its axis `texture.kind` has.
 
-    kinds: values of an axis of a study, at which the pointers of the faults are.
+    Raises SceneError with a pointer into the spec for a name that is nearly one of them.
     """
-    found = {}
+    axes, named, found = document.get("axes"), document.get("textures") or {}, {}
+    kinds: Any = axes.get("texture.kind") if isinstance(axes, Mapping) else None
+    kinds = kinds.tolist() if is_array(kinds) else kinds
+    if not isinstance(kinds, list | tuple) or not isinstance(named, Mapping):
+        return document
     for number, one in enumerate(kinds):
         try:
             texture = with_imported({"texture": {"kind": one}})["texture"]
@@ -53,4 +58,4 @@ def imported_textures(kinds: Iterable[Any]) -> dict[str, dict[str, Any]]:
             raise SceneError(faults) from None
         if texture != {"kind": one}:
             found[one] = texture
-    return found
+    return document | {"textures": found | dict(named)}

@@ -47,7 +47,7 @@ def shaped_contact(
         demand = Demand(max(asked.highest, 1), asked.orders, left)
         contact, shapes = shape_for(contact, scene, demand, loads, asked.turns, tolerance)
         contact.geometry_at(max(*loads, scene.scan.lift_load))  # raises if the contact is too long at this load
-    left = of_series(asked, left)
+    left = series_tolerance(asked, left)
     simulated = any(asked_effects(scene, Kind.BALANCE))
     share = SERIES_SHARE if asked.moving or simulated else 1.0
     still = 0.0 if asked.live and asked.moving else SMALLEST_MOTION
@@ -64,7 +64,7 @@ def shaped_contact(
     return contact, shapes, demand, errors
 
 
-def of_series(asked: Request, tolerance: float) -> float:
+def series_tolerance(asked: Request, tolerance: float) -> float:
     """Return the tolerance of the series where the rest of the request has `tolerance`.
 
     A live voice that moves has only its levels from the series: it reads a table, or solves along its motion.

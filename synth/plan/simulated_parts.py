@@ -13,7 +13,7 @@ from synth.effects.effect import Price
 from synth.motion.moved_skin import mover_of
 from synth.plan.preparation import Preparation
 from synth.plan.request import harmonics_in_band
-from synth.plan.scene_series import of_series
+from synth.plan.scene_series import series_tolerance
 from synth.plan.scene_table import bounds_for
 from synth.surfaces.heightmap import synthetic_words
 
@@ -122,10 +122,10 @@ def _series_words(solved: Preparation) -> str:
     assert spectrum is not None
     how = "The load flattens the whole contact, so z is one sinusoid in closed form."
     if not spectrum.closed:
+        tolerance = series_tolerance(solved, solved.tolerance)
         how = (
-            f"z is solved at {spectrum.phases} phases of the texture period ({spectrum.solver}) and kept "
-            f"as {solved.highest} harmonics, for a tolerance of {of_series(solved, solved.tolerance):.3g} of the "
-            "peak-to-peak of each quantity."
+            f"z is solved at {spectrum.phases} phases of the texture period ({spectrum.solver}) and kept as "
+            f"{solved.highest} harmonics, for a tolerance of {tolerance:.3g} of the peak-to-peak of each quantity."
         )
     if solved.stretch is not None:
         how += (

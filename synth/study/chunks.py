@@ -95,6 +95,7 @@ def _surfaces(spec: StudySpec) -> tuple[SurfaceData, ...]:
     textures = [spec.scene.get("texture", {}), *spec.textures.values()]
     textures += [value for axis in spec.axes if axis.name == "texture" for value in axis.values]
     addresses = {str(one["surface"]) for one in textures if one.get("surface") is not None}
+    addresses |= {str(value) for axis in spec.axes if axis.name == "texture.surface" for value in axis.values}
     found = (surface_at(address) for address in sorted(addresses))
     return tuple(one for one in found if one is not None)
 

@@ -252,3 +252,24 @@ def test_sweep_returns_the_dataset() -> None:
     sample = {"kind": "sobol", "count": 4}
     drawn = rw.sweep({}, {"groups.load": {"from": 0.1, "to": 2.0}}, sample=sample, phases=64, lines=2)
     assert drawn.group_load.values == pytest.approx(drawn["groups.load"].values)
+
+
+@pytest.mark.parametrize(
+    ("axes", "textures", "word"),
+    [
+        ([1], None, "at least one field"),
+        ({"texture.kind": None}, None, "a list of values"),
+        ({"texture.kind": [1, "nope"]}, None, r"axes.texture.kind.1.*'nope'"),
+        ({"texture.kind": ["mine"]}, "x", "an object with a texture for each name"),
+    ],
+)
+def test_sweep_refuses_axes_and_textures_in_words(axes: Any, textures: Any, word: str) -> None:
+    with pytest.raises(rw.SceneError, match=word):
+        rw.sweep({}, axes, textures=textures)
+
+
+def test_sweep_knows_the_textures_that_it_names() -> None:
+    own = {"mine": {"kind": "grating", "period": "2 mm"}}
+    found = rw.sweep({}, {"texture.kind": ["sinusoid", "mine"]}, textures=own, phases=16)
+    assert found["texture.kind"].values.tolist() == ["sinusoid", "mine"]
+    assert found.rms.sel(quantity="displacement").values[1] > 0.0
