@@ -6,6 +6,8 @@ Model   `update_timing` extrapolates each update to a straight line of the posit
         DELAY. Past the horizon the position glides to a stop. If a hand sends speeds, its speed follows by a glide with
         the same delay. The newest load is held, and the load joins it with a fixed decay. Speed and load are averages
         of the past with weights that are never negative, so they stay within the range of the requested values.
+        An update after the glide finds the finger behind. If it would have to catch up faster than CATCH_UP times the
+        speed of the hand, it is put there by a jump, at that speed.
 Source  docs/live-motion.md: the measurements, the alternatives, and the figures behind this choice.
 Limits  The motion between two updates is unknown. A sudden stop is therefore overshot by a part of that motion.
 """
@@ -36,10 +38,17 @@ HORIZON, SPARE = 2.0, 0.035  # intervals and s of extrapolation: one lost update
 # less: such gaps are heard; more: overshoot when the hand stops, or turns while an update is lost
 LEAP_SPEED = 1.5  # m/s, largest unexpected speed; more: jumps are heard as a sweep; less: fast starts are faded
 LEAST_LEAP = 0.01  # s; at any update rate, a jump is at least LEAP_SPEED times this
+CATCH_UP = 0.4  # speed of catching up after a glide, over that of the hand: the acceleration grows with the square, to
+# twice its own; more: a gap in the updates ends in a jolt; less: gaps of a few ms beyond the horizon are faded
+LEAST_CATCH_UP = 0.02  # m/s, at any speed of the hand: as a slow stroke; less: hands that stop begin again by a fade
+OF_JOINING = 2.0 * math.exp(-2.0)  # largest speed by which `join` takes back an error, over the error times the decay
 
 UNKNOWN, BY_POSITION, BY_SPEED = 0.0, 1.0, 2.0
 FRAME, MODE, UNTIL, ASKED = range(4)
-"""Entries of a hand: next frame, kind of updates, frame at which it glides to a stop, requested load (N)."""
+"""Entries of a hand: next frame, kind of updates, frame at which it glides to a stop, requested load (N).
+
+Where the frame of the glide is before the next frame, the glide has begun.
+"""
 OF_PLACE = 4
 OF_LOAD = OF_PLACE + CURVE
 POWERS = OF_LOAD + CURVE
@@ -80,8 +89,8 @@ class Follower:
     def apply(self, update: Update) -> bool:
         """Follow `update` from the next frame on.
 
-        Return True for a jump: while the finger sounds, its position changed faster than a hand can move, or a position
-        follows a speed. The caller should then cross-fade from a copy of the previous state to this one.
+        Return True for a jump: while the finger sounds, its position changed faster than a hand can move, the finger
+        would catch up too fast after a glide, or a position follows a speed. The caller should then cross-fade from a copy of the previous state to this one.
         """
         by_speed = update.position is None
         value = update.speed if by_speed else update.position
@@ -145,23 +154,25 @@ def _go_to(
     x, v, a = values_at(curve, before, rate)
     slope = slope_with(track, time, position)
     level = position + slope * (late - DELAY - 1.0 / rate)
+    decay = min(max(TIGHTNESS / track[INTERVAL], SLOWEST), QUICKEST)
     leap = LEAP_SPEED * max(track[INTERVAL], LEAST_LEAP)
     jumped = not silent and bool(hand[MODE] == BY_SPEED or not abs(x - level) < leap)
+    behind = OF_JOINING * decay * abs(x - level) >= max(CATCH_UP * abs(slope), LEAST_CATCH_UP)
+    unseen = not silent and not jumped and behind and hand[UNTIL] < hand[FRAME]
     if jumped:
         level = position
         if hand[MODE] == BY_POSITION:
             begin_anew(track, 0.0)
             slope_with(track, time, position)
             slope, v, a = 0.0, 0.0, 0.0
-    if silent:
+    if silent or unseen:
         stand(curve, before, level, slope)
     else:
-        decay = min(max(TIGHTNESS / track[INTERVAL], SLOWEST), QUICKEST)
         join(curve, powers, rate, before, level if jumped else x, v, a, level, slope, decay)
     hand[MODE], hand[UNTIL] = BY_POSITION, np.inf
     if slope != 0.0:
         hand[UNTIL] = hand[FRAME] + max(0.0, np.ceil((HORIZON * track[INTERVAL] + SPARE - late) * rate))
-    return jumped
+    return jumped or unseen
 
 
 @signed_kernel("b1(f8[::1], f8, f8, f8, f8, b1, f8)", fused=False)
@@ -200,7 +211,7 @@ def release_hand(state: Array, rate: float, lowest: float) -> None:
     press(load_curve, load_powers, rate, hand[FRAME], max(0.0, lowest))
     x, v, a = values_at(place, hand[FRAME] - 1.0, rate)
     glide(place, powers, rate, hand[FRAME] - 1.0, x, v, a, 0.0, GLIDE_DECAY)
-    hand[UNTIL] = np.inf
+    hand[UNTIL] = hand[FRAME] - 1.0
 
 
 @signed_kernel("void(f8[::1], f8, f8, f8[:,::1], f8[::1])", fused=False)
@@ -209,11 +220,10 @@ def fill_motion(state: Array, rate: float, lowest: float, samples: Array, positi
     hand, place, load_curve, powers, load_powers, _track = parts_of(state)
     frames, first, done = len(position), hand[FRAME], 0
     while done < frames:
-        if hand[UNTIL] <= first + done:
+        if hand[UNTIL] == first + done:
             x, v, a = values_at(place, hand[UNTIL], rate)
             glide(place, powers, rate, hand[UNTIL], x, v, a, 0.0, GLIDE_DECAY)
-            hand[UNTIL] = np.inf
-        stop = int(min(float(frames), hand[UNTIL] - first))
+        stop = int(min(float(frames), hand[UNTIL] - first)) if hand[UNTIL] > first + done else frames
         fill_curve(
             place, powers, rate, first + done,
             position[done:stop], samples[SPEED, done:stop], samples[SPEED_RATE, done:stop],

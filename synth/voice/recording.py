@@ -1,7 +1,7 @@
 """Recordings of live sessions: a document of everything that affected the samples, and a replay of them.
 
 Stage   3 (VOICE), after `hand_voice`.
-Model   A recording is {"format": "ridgewave-recording", "version": 3, "scene", "full_scale", "frames", "faded",
+Model   A recording is {"format": "ridgewave-recording", "version": 5, "scene", "full_scale", "frames", "faded",
         "events"}: the first scene, the SI value of 1.0, the number of frames sent, the number of frames at the end that
         were faded after rendering, and the events of `hand_log`. A replay applies each event before its frame.
         A scene of version 1 without a bandwidth is read as having the full band (`scene_before_bands`).
@@ -34,17 +34,20 @@ from synth.voice.hand_voice import HandVoice
 from synth.voice.live_voice import fixed_faults
 
 LONGEST_BLOCK = 1 << 14  # frames rendered together
-VERSIONS = (1, 2, 3, VERSION)  # versions that can be read
+VERSIONS = (1, 2, 3, 4, VERSION)  # versions that can be read
 OLD_EVENTS = ("rows", "refine")  # ignored events of versions 1 and 2: the time at which each load was solved
 OTHER_ENGINE = (
     "This recording was made before response tables: the motion and the scene are those of the session, but the "
     "samples differ by the interpolation error between the loads that were solved at that time.",
 )
 BEFORE_TABLES = 3  # first version of an engine with response tables
-EARLIER = (
-    "This recording was made by an earlier version: where the hand touched before the first block, its first second is "
-    "up to 1.5 ms later here than it was heard.",
-)
+EARLIER = {
+    3: "This recording was made by an earlier version: where the hand touched before the first block, its first second "
+    "is up to 1.5 ms later here than it was heard.",
+    4: "This recording was made by an earlier version: where updates paused while the finger moved, the finger is put "
+    "at its new place here, and then swept to it.",
+}
+"""By the last version of which it is true."""
 SCALES = 1e-24, 1e9  # SI: the widest range of FULL_SCALE_RANGES
 MOST_WHOLE = 1 << 53  # up to here every JSON reader keeps whole numbers exactly
 AS_DOWNLOADED = "Keep the recording as it was downloaded."
@@ -89,7 +92,8 @@ class Replay:
         self._events, self._next = recording.events, 0
         self._fade_from, self._fade = self.frames - recording.faded, end_gains(recording.faded)
         self.voice = HandVoice(recording.scene, cache=cache, exact=exact)
-        self._doubts = OTHER_ENGINE if recording.version < BEFORE_TABLES else EARLIER * (recording.version < VERSION)
+        told = (text for last, text in EARLIER.items() if recording.version <= last)
+        self._doubts = OTHER_ENGINE if recording.version < BEFORE_TABLES else tuple(told)
         self.sample_rate, self.channels = self.voice.sample_rate, self.voice.channels
         self.quantities, self.full_scale = self.voice.quantities, self.voice.full_scale
         if len(self.full_scale) != len(recording.full_scale):

@@ -34,6 +34,8 @@ class Numbers:
     spare: float
     leap_speed: float
     least_leap: float
+    catch_up: float
+    least_catch_up: float
     kept: int
     paced: int
     window: float
@@ -114,7 +116,7 @@ class SlowFollower:
         """Lift the finger and bring it to rest."""
         self._press(max(0.0, self.lowest))
         self._glide(0.0)
-        self.until = math.inf
+        self.until = self.frame - 1
 
     def step(self) -> Frame:
         """Return position, speed, its rate, load, its rate and second rate of the next frame."""
@@ -122,9 +124,8 @@ class SlowFollower:
         self.line = level + slope / self.rate, slope
         error = self.steps @ (self.place - (level, slope, 0.0))
         self.place = error + np.array([*self.line, 0.0])
-        if self.until <= self.frame:
+        if self.until == self.frame:
             self._glide(0.0)
-            self.until = math.inf
         load = self._load()
         self.frame += 1
         return (*map(float, self.place), *load)  # type: ignore[return-value]
@@ -156,24 +157,28 @@ class SlowFollower:
         n = self.numbers
         self._fit(time, position)
         level = position + self.slope * (late - n.delay - 1.0 / self.rate)
-        far = abs(self.place[0] - level) >= n.leap_speed * max(self.interval, n.least_leap)
+        k = min(max(n.tightness / self.interval, n.slowest), n.quickest)
+        error = abs(self.place[0] - level)
+        far = error >= n.leap_speed * max(self.interval, n.least_leap)
+        fastest = error * k * 2.0**2 / 2.0 * math.exp(-2.0)  # of (1 + k t + (k t)^2 / 2) exp(-k t), at k t = 2
         jumped = bool(not silent and (self.gives == "speed" or far))
+        behind = fastest >= max(n.catch_up * abs(self.slope), n.least_catch_up)
+        unseen = bool(not silent and not jumped and behind and self.until < self.frame)
         if jumped:
             level = position
             if self.gives == "position":
                 self.points, self.slope, self.place[1:] = [(time, position)], 0.0, 0.0
             self.place[0] = level
-        if silent:
+        if silent or unseen:
             self._stand(level, self.slope)
         else:
-            k = min(max(n.tightness / self.interval, n.slowest), n.quickest)
             self.line = level, self.slope
             self.steps = expm(np.array([[0, 1, 0], [0, 0, 1], [-(k**3), -3 * k * k, -3 * k]]) / self.rate)
         self.gives, self.until = "position", math.inf
         if self.slope != 0.0:
             left = n.horizon * self.interval + n.spare - late
             self.until = self.frame + max(0, math.ceil(left * self.rate))
-        return jumped
+        return jumped or unseen
 
     def _fit(self, time: float, position: float) -> None:
         n = self.numbers

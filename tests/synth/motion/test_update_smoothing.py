@@ -323,6 +323,23 @@ def test_a_teleport_is_told_and_the_copy_goes_on_as_before() -> None:
     assert follower.state[FRAME] == before.state[FRAME]
 
 
+def test_a_hand_that_moved_on_unseen_is_a_jump_at_its_mean_speed() -> None:
+    for blocks in (8, 12, 16, 20):
+        follower = moving()
+        followed(follower, steady(30), BLOCK * blocks)
+        assert follower.apply(at_position(29 + blocks, 0.08 * 0.01 * (29 + blocks)))
+        assert follower.motion(BLOCK).samples[SPEED] == pytest.approx(0.08)
+        assert not follower.apply(at_position(30 + blocks, 0.08 * 0.01 * (30 + blocks)))
+        assert follower.motion(3 * BLOCK).samples[SPEED] == pytest.approx(0.08, rel=1e-3)
+
+
+def test_a_hand_that_rests_without_updates_begins_again_without_a_jump() -> None:
+    follower = moving()
+    followed(follower, [*steady(30), *((BLOCK, at_position(n, 0.0232)) for n in range(30, 40))], BLOCK * 20)
+    assert not follower.apply(at_position(60, 0.0235))
+    assert np.abs(follower.motion(BLOCK).samples[SPEED]).max() <= 0.05
+
+
 def test_swift_hands_are_no_teleports() -> None:
     for top in (0.2, 0.6, 1.0):
         follower = Follower(RATE)

@@ -9,6 +9,7 @@ import pytest
 
 from synth.motion.motion import Motion, Update
 from synth.motion.update_smoothing import Follower
+from synth.voice.hand_voice import HandVoice
 from synth.voice.voice import Voice, open_voice
 from tests.synth.engine_cases import Real, largest_step, scene_of
 
@@ -103,3 +104,20 @@ def test_a_jump_is_told_and_its_cross_fade_makes_no_step(voice: Voice, kept: dic
     )
     part = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, BLOCK + 1) / BLOCK)
     assert largest_step(np.concatenate([before, gone + part * (come - gone)])) <= kept[LOAD][0]
+
+
+@pytest.mark.parametrize("lost", [6, 7, 9, 12, 16, 20, 26, 33])
+@pytest.mark.parametrize("speed", [0.03, SPEED])
+def test_a_gap_in_the_updates_ends_without_a_jolt(lost: int, speed: float) -> None:
+    """The finger glides to a stop in the gap, and is then behind the hand: it does not sweep to the hand's place."""
+    voice = HandVoice(scene_of(output={"quantity": "acceleration", "sample_rate": RATE, "bandwidth": 1000}))
+    parts = []
+    for n in range(90 + lost):
+        if not 60 <= n < 60 + lost:
+            voice.touch(Update(n, 0.01 * n, speed * 0.01 * n, None, LOAD))
+        if lost >= 25 and n == 60 + 25:
+            voice.lift()  # the watchdog of a service
+        parts.append(voice.render(BLOCK)[:, 0])
+    usual, after = np.concatenate(parts[30:60]), np.concatenate(parts[60:])
+    assert np.abs(after).max() <= 2.2 * np.abs(usual).max()
+    assert np.abs(np.concatenate(parts[-10:])).max() == pytest.approx(np.abs(usual).max(), rel=0.1)

@@ -112,7 +112,7 @@ def test_a_recording_of_version_1_plays_in_the_full_band() -> None:
     """A scene with null or no bandwidth meant the full band; a given bandwidth is kept."""
     scene = document_of("displacement")
     heard, document = session(scene | {"output": scene["output"] | {"bandwidth": "full"}}, 9)
-    assert document["version"] == 4
+    assert document["version"] == 5
     before = json.loads(json.dumps(document).replace('"bandwidth": "full"', '"bandwidth": null'))
     assert np.array_equal(played(before | {"version": 1}, 10), heard)
     assert not np.array_equal(played(before, 10), heard)
@@ -120,11 +120,13 @@ def test_a_recording_of_version_1_plays_in_the_full_band() -> None:
     assert np.array_equal(played(document | {"version": 1}, 10), named)
 
 
-def test_a_recording_of_version_3_says_that_its_beginning_is_later() -> None:
+@pytest.mark.parametrize(("version", "told"), [(3, ["first second", "paused"]), (4, ["paused"]), (5, [])])
+def test_a_recording_of_an_earlier_version_says_where_it_differs(version: int, told: list[str]) -> None:
     voice = HandVoice(parse_scene({}), record=True)
     voice.render(80)
-    document = voice.recording() | {"version": 3}
-    assert any("first second" in words for words in Recording(document).open().warnings)
+    warnings = Recording(voice.recording() | {"version": version}).open().warnings
+    warned = [words for words in warnings if "earlier version" in words]
+    assert len(warned) == len(told) and all(part in words for part, words in zip(told, warned, strict=True))
 
 
 @pytest.mark.parametrize("version", [1, 2])
@@ -140,7 +142,7 @@ def test_a_recording_made_before_tables_is_played_and_says_that_it_differs(versi
 @pytest.mark.parametrize(
     ("change", "pointer"),
     [
-        ({"version": 5}, "/version"),
+        ({"version": 6}, "/version"),
         ({"version": "3"}, "/version"),
         ({"version": True}, "/version"),
         ({"version": None}, "/version"),
@@ -171,7 +173,7 @@ def test_a_recording_made_before_tables_is_played_and_says_that_it_differs(versi
 def test_what_is_no_recording_is_refused_with_its_place(change: dict[str, Any], pointer: str) -> None:
     document = {
         "format": "ridgewave-recording",
-        "version": 4,
+        "version": 5,
         "scene": {},
         "full_scale": [1.0],
         "frames": 10,
@@ -186,7 +188,7 @@ def test_what_is_no_recording_is_refused_with_its_place(change: dict[str, Any], 
 def test_a_change_to_other_channels_is_refused_when_it_is_played() -> None:
     scene = {"output": {"channels": ["acceleration", "velocity"]}}
     events = [[5, "scene", scene]]
-    head = {"format": "ridgewave-recording", "version": 4, "scene": {}, "full_scale": [1.0], "frames": 10}
+    head = {"format": "ridgewave-recording", "version": 5, "scene": {}, "full_scale": [1.0], "frames": 10}
     with pytest.raises(SceneError, match="acceleration, velocity; allowed: acceleration, as at the start"):
         Recording(head | {"events": events}).open().render(10)
 
