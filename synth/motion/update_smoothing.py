@@ -89,8 +89,9 @@ class Follower:
     def apply(self, update: Update) -> bool:
         """Follow `update` from the next frame on.
 
-        Return True for a jump: while the finger sounds, its position changed faster than a hand can move, the finger
-        would catch up too fast after a glide, or a position follows a speed. The caller should then cross-fade from a copy of the previous state to this one.
+        Return True for a jump: while the finger sounds, its position changed faster than a hand can move, a position
+        follows a speed, or the finger would have to catch up fast after a glide. The caller should then cross-fade from
+        a copy of the previous state to this one.
         """
         by_speed = update.position is None
         value = update.speed if by_speed else update.position
