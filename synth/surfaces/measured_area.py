@@ -121,7 +121,10 @@ class MeasuredArea(HeightField):
 
     @cached_property
     def rms(self) -> tuple[float, float]:
-        """Rq (m) and rms slope along x of the bilinear surface, from closed forms for each cell."""
+        """Rq (m) and rms slope along x of the bilinear surface, from closed forms for each cell.
+
+        The slope of a map that does not vary along x is that across.
+        """
         square = slope = 0.0
         for part in self._parts():
             rows = part.astype(float) - self._mean
@@ -130,7 +133,14 @@ class MeasuredArea(HeightField):
                 square += _product(rows[one], rows[two])
                 slope += float(np.einsum("ij,ij->", rises[one], rises[two]))
         cells = 3.0 * math.prod(count - (self.ends == "mirror") for count in self.data.heights.shape)
+        if slope == 0.0:
+            return math.sqrt(max(square / cells, 0.0)), self._rms_slope_of_first_column()
         return math.sqrt(max(square / cells, 0.0)), math.sqrt(slope / cells) / self.data.spacing[0]
+
+    def _rms_slope_of_first_column(self) -> float:
+        column = self.data.heights[:, 0].astype(float)
+        rises = np.diff(column, append=column[:1] if self.ends == "join" else [])
+        return float(np.sqrt(np.mean(rises**2))) / self.data.spacing[1]
 
 
 def _neighbours(places: Array, spacing: float, order: Indices) -> tuple[Indices, Indices, Array]:

@@ -103,3 +103,21 @@ def test_points_of_five_numbers_stand_alone() -> None:
     assert "10 m/s at most" in fault.allowed
     (fault,) = faults({"trajectory": [*POINTS[:3], [0.3, 0.02, 0.0, math.nan, 0.4]]})
     assert fault.pointer == "/scan/trajectory/3/3"
+
+
+@pytest.mark.parametrize("finger", ["comb", "fingertip", "probe"])
+def test_a_map_that_varies_only_across_is_felt_by_a_finger_that_crosses_it(finger: str) -> None:
+    """It is the map that varies along x, scanned along x, turned by a quarter."""
+    wave = 20e-6 * np.cos(np.arange(40) * math.tau / 40)
+    base = {"finger": {"kind": finger}, "output": {"duration": 0.1, "sample_rate": 8000, "quantity": "displacement"}}
+    found = []
+    for rows, scan in (
+        (np.tile(wave, (40, 1)), {}),
+        (np.tile(wave[:, np.newaxis], 40), {"heading": "90 deg", "direction": "90 deg"}),
+    ):
+        texture = {"kind": "heightmap", "rows": rows, "spacing": 20e-6, "ends": "join"}
+        scene = rw.parse_scene(base, texture=texture, scan=scan)
+        found.append((rw.render(scene), rw.explain(scene).response["stiffness"]))
+    (along, stiffness), (across, same) = found
+    assert same == pytest.approx(stiffness)
+    assert across.rms[0] == pytest.approx(along.rms[0], rel=3e-3)
