@@ -51,7 +51,7 @@ class Update(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """The motion of the hand in a block.
+    """The motion of the hand in a block. `of` makes and checks one; here only a voice checks the numbers of frames.
 
     samples: float64 [5, frames]: speed (m/s), its rate (m/s^2), load (N), its rate (N/s) and second rate (N/s^2).
     position: float64 [frames], m. It is empty if only the speed is known, from which the phase then follows.
@@ -72,6 +72,14 @@ class Motion:
     def frames(self) -> int:
         """Number of frames."""
         return int(self.samples.shape[1])
+
+    def fills(self, frames: int) -> bool:
+        """Return whether it has its rows, and `frames` values or none in each of them."""
+        return (
+            self.samples.shape == (5, frames)
+            and self.position.shape in ((frames,), (0,))
+            and self.path.shape in ((2, frames), (2, 0))
+        )
 
     def part(self, first: int, end: int | None = None) -> Motion:
         """Return the motion from frame `first` to before frame `end`."""
@@ -106,27 +114,31 @@ class Motion:
         pulls: whether loads below 0 are kept, for a voice with adhesion. Otherwise they become 0.
 
         Raises ValueError where both speed and position are missing, across is given without position, or a value is not
-        finite.
+        a finite number or one per frame.
         """
         if speed is None and position is None:
             raise ValueError("a motion needs speed=... (m/s) or position=... (m), a number or one value per frame")
         complete = all(given is not None for given in (speed, speed_rate, load_rate, load_bend))
-        samples = np.zeros((5, frames))
-        for row, values in enumerate((speed, speed_rate, load, load_rate, load_bend)):
-            if values is not None:
-                samples[row] = values
-        places = NOWHERE if position is None else np.array(np.broadcast_to(position, frames), dtype=float)
-        path = NO_PATH
+        rows = {"speed": speed, "speed_rate": speed_rate, "load": load, "load_rate": load_rate, "load_bend": load_bend}
+        samples = np.stack([_per_frame(name, values, frames) for name, values in rows.items()])
+        places, path = NOWHERE if position is None else _per_frame("position", position, frames), NO_PATH
         if across is not None or direction is not None:
             if position is None:
                 raise ValueError("a motion over an area needs position=... (m) beside across=... (m)")
-            path = np.zeros((2, frames))
-            for row, values in enumerate((across, direction)):
-                path[row] = 0.0 if values is None else values
-        if not all(np.isfinite(one).all() for one in (samples, places, path)):
-            raise ValueError("every value of a motion must be finite: speed in m/s, position in m, load in N")
+            path = np.stack([_per_frame("across", across, frames), _per_frame("direction", direction, frames)])
         samples[LOAD] = np.clip(samples[LOAD], -LARGEST_LOAD if pulls else 0.0, LARGEST_LOAD)
         return cls(samples, places, path, complete)
+
+
+def _per_frame(name: str, values: Any, frames: int) -> Array:
+    """Return `values` as float64 [frames]; None: 0. Raise ValueError if they are no number, or not one per frame."""
+    try:
+        found = np.array(np.broadcast_to(0.0 if values is None else values, frames), dtype=float)
+    except (TypeError, ValueError):
+        found = None
+    if found is None or not np.isfinite(found).all():
+        raise ValueError(f"{name}: give a finite number in SI units, or {frames}, one per frame")
+    return found
 
 
 def completed(motion: Motion, rate: int, before: Array) -> Motion:

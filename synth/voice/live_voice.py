@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from operator import index
 
 import numpy as np
 
@@ -126,6 +127,7 @@ class LiveVoice:
 
     def render(self, frames: int) -> Block:
         """Return the next `frames` frames, float32 [frames, channels], within -1..1."""
+        frames = index(frames)
         self.frame += frames
         if self.finished:
             self.before_limiter = None

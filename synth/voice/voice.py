@@ -14,6 +14,7 @@ import math
 from collections.abc import Iterator
 from copy import copy
 from dataclasses import replace
+from operator import index
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -186,10 +187,11 @@ class Voice:
 
         motion: motion of the hand at these frames. Without it the scene's own scan continues, from the phase at which
             the hand left the texture.
-        Raises ValueError if the motion has another number of frames.
+        Raises ValueError if the motion has another number of frames, and TypeError for a number that is not whole.
         """
-        if motion is not None and motion.samples.shape[1] != frames:
-            raise ValueError(f"a motion of {motion.frames} frames cannot fill a block of {frames}")
+        frames = index(frames)  # an integer of NumPy would overflow in the phase
+        if motion is not None and not motion.fills(frames):
+            raise ValueError(f"a motion of {motion.frames} frames cannot fill a block of {frames}; see Motion.of")
         out = np.empty((frames, self.channels), np.float32)
         if frames and self._still:
             out[:] = 0.0
@@ -295,7 +297,7 @@ class Voice:
         """Go to `frame` of the scene's own scan. Raises ValueError after a hand has moved the voice."""
         if self._by_hand:
             raise ValueError("a voice that a hand has moved cannot seek: its phase depends on the motion so far")
-        self.frame = frame
+        self.frame = index(frame)
 
 
 def _effects_of(solved: Preparation, phase: int, *, paced: bool) -> VoiceEffects:

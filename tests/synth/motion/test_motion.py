@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -186,3 +189,12 @@ def test_a_negative_load_is_no_load() -> None:
 def test_a_motion_without_speed_or_position_is_refused() -> None:
     with pytest.raises(ValueError, match="speed="):
         Motion.of(4, load=0.3)
+
+
+@pytest.mark.parametrize(
+    ("name", "given"),
+    [("position", np.zeros(10)), ("speed", math.nan), ("load", "light"), ("load", [0.3, 0.3]), ("across", math.inf)],
+)
+def test_a_value_that_is_no_number_or_not_one_per_frame_is_named(name: str, given: Any) -> None:
+    with pytest.raises(ValueError, match=f"^{name}: give a finite number in SI units, or 480, one per frame"):
+        Motion.of(480, **({"position": 0.0, "load": 0.3} | {name: given}))

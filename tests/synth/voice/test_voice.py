@@ -225,3 +225,24 @@ def test_a_hand_feels_it_and_is_not_limited() -> None:
             assert voice.reduction_db == 0.0
     moved = (np.mean(levels[24:30]) - np.mean(levels[54:60])) * voice.full_scale[0]
     assert moved == pytest.approx(33e-6, abs=1.5e-6)
+
+
+def test_a_number_of_frames_may_be_an_integer_of_numpy_and_nothing_else() -> None:
+    for live in (False, True):
+        voice: Any = open_voice(scene_of(), live=live)
+        same = open_voice(scene_of(), live=live)
+        first = voice.render(np.int32(480))
+        voice.seek(np.int64(960)) if not live else voice.render(np.int64(480))
+        same.render(960)
+        assert first.shape[0] == 480 and np.array_equal(voice.render(480), same.render(480))
+        for wrong in (480.0, "480"):
+            with pytest.raises(TypeError):
+                voice.render(wrong)
+
+
+def test_a_motion_whose_rows_have_other_lengths_is_refused() -> None:
+    voice = open_voice(scene_of(), live=True)
+    samples = np.zeros((5, 480))
+    for motion in (Motion(samples, np.zeros(10)), Motion(samples[:4]), Motion(samples, path=np.zeros((2, 5)))):
+        with pytest.raises(ValueError, match=r"Motion\.of"):
+            voice.render(480, motion)
