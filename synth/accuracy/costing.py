@@ -134,7 +134,8 @@ def _unfelt(scene: Scene, plan: Plan) -> dict[str, Any]:
 def _contact_summary(solved: Preparation) -> dict[str, Any]:
     """Return stiffness (N/m), contact_fraction, rms (SI, per quantity), sensation_level_db and groups.
 
-    The stiffness is k of eqs 4-5; of a round finger it is dw/dz. A value that is not known is None.
+    The stiffness is k of eqs 4-5; of a round finger it is dw/dz. A value that is not known is None, as rms and level of
+    a motion that is not along x.
     """
     summary: dict[str, Any] = dict.fromkeys(("stiffness", "contact_fraction", "rms", "sensation_level_db", "groups"))
     contact, load = solved.contact, solved.scene.scan.load
@@ -151,7 +152,7 @@ def _contact_summary(solved: Preparation) -> dict[str, Any]:
     summary["contact_fraction"] = min(1.0, length / whole)
     groups = Groups.of_contact(contact.geometry, contact.stiffness, load)
     summary["groups"] = None if groups is None else asdict(groups)
-    if solved.spectrum is not None and solved.turns:
+    if solved.spectrum is not None and solved.turns and solved.scene.scan.along_x:
         lines = [2.0 * np.abs(solved.series(order)[1:]) for order in range(3)]
         summary["rms"] = {
             one.quantity: math.hypot(one.level, math.sqrt(0.5 * float(np.sum(lines[one.order] ** 2))))

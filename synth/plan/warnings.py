@@ -80,6 +80,7 @@ def _unfelt(solved: Preparation) -> tuple[str, ...]:
     varies = solved.load_varies and not solved.by_hand
     if solved.spectrum is None or not solved.turns or solved.highest < 1 or varies or forces:
         return ()
+    bound = solved.simulated or not solved.scene.scan.along_x  # no series has the lines of the motion
     threshold, own = solved.scene.accuracy.threshold, solved.by_hand or solved.simulated or solved.of_levels
     slower = solved.moving and not own
     count = len(solved.spectrum.harmonics) - 1 if slower else solved.highest
@@ -88,14 +89,14 @@ def _unfelt(solved: Preparation) -> tuple[str, ...]:
     if solved.moving:
         lower = np.geomspace(LOWEST, np.maximum(frequencies, LOWEST), STEPS)
         felt = np.minimum(felt, threshold_displacement(lower, threshold).min(axis=0))
-    if solved.simulated:  # the largest sinusoid that fits into the peak-to-peak of each channel
+    if bound:  # the largest sinusoid that fits into the peak-to-peak of each channel
         held = [one.extent / (2.0 * math.pi * frequencies) ** one.order for one in solved.channels]
         levels = LARGEST_LINE * 0.5 * np.min(held, axis=0) / felt
     else:
         levels = 2.0 * np.abs(solved.steady.held[1 : count + 1]) / felt
     levels = np.where(frequencies < LOWEST, 0.0, levels)
     strongest = int(np.argmax(levels))
-    power = float(np.max(levels) if solved.simulated else np.sum(levels**2))
+    power = float(np.max(levels) if bound else np.sum(levels**2))
     if power >= 1.0:
         return ()
     this = "At the scan's own speed this" if solved.moving and own else "This"
