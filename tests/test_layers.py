@@ -65,7 +65,7 @@ START_UP = (
     "clients/command_line/shared_arguments.py",
 )
 """What every run of the command line reads, `ridgewave --help` too: at module level, argparse and the like only."""
-START_UP_IMPORTS = {"__future__", "argparse", "collections", "os", "textwrap", "typing", "clients"}
+START_UP_IMPORTS = {"__future__", "argparse", "collections", "gc", "os", "textwrap", "typing", "clients"}
 
 
 def sources(room: str) -> list[Path]:
