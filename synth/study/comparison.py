@@ -78,16 +78,18 @@ class Comparison:
         return plain | {"gain_db": self.gain, "lines": lines, "warnings": list(self.warnings)}
 
 
-def compared(scene: Scene, values: Array, rate: float, quantity: str, name: str, *, scaled: bool) -> Comparison:
+def compared(
+    scene: Scene, values: Array, rate: float, quantity: str, name: str, *, scaled: bool, told: tuple[str, ...] = ()
+) -> Comparison:
     """Return a recording beside `scene`.
 
-    values: one channel, SI if `scaled`. rate: Hz. quantity: one of COMPARED.
+    values: one channel, SI if `scaled`. rate: Hz. quantity: one of COMPARED. told: warnings about its file.
     Raises InvalidRequest for a quantity or a recording that cannot be compared, SceneError as `outcome_of` does.
     """
     _check(values, rate, quantity, scene)
     stated = abs(scene.scan.speed)
     centre = stated / scene.texture.period
-    spectrum, warnings = spectrum_of(values - np.mean(values), rate), _doubts(values)
+    spectrum, warnings = spectrum_of(values - np.mean(values), rate), [*told, *_doubts(values)]
     if pause := pause_of(values, rate, PERIODS / centre):
         warnings.append(pause)
     elif spectrum.steady < STEADY:
