@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from synth.errors import InvalidRequest
@@ -67,3 +68,41 @@ def test_a_block_of_points_above_a_line_of_words_is_not_header(tmp_path: Path) -
 def test_a_first_point_without_its_height_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InvalidRequest, match="'0 0'"):
         contents(tmp_path, map_of({0: ""}).replace("0 0 \n", "0 0\n"))
+
+
+WORDS = ["No Data", "No signal", "out of range", "bad", "x", "#N/A", "5 um", "-", "error 17", "NoData", "end"]
+ABOVE = [
+    "",
+    "A\n",
+    "A\n40\n#\n",
+    "3\n4\nA b\n",
+    "40\n",
+    "Width 3 um\nx z\n",
+    "#\n40\n50\nA\n",
+    "1 2 3 4 5 6 7 8 9\nx y z\n",
+]
+
+
+@pytest.mark.parametrize("kind", ["map", "profile", "grid"])
+def test_of_random_files_every_point_is_read_or_the_file_is_refused(tmp_path: Path, kind: str) -> None:
+    """Two cells at most are words; each is in the first three lines with a chance of one half or more."""
+    random, read = np.random.default_rng(7), 0
+    for _file in range(300):
+        across, down = random.integers(4, 9, 2)
+        heights = [f"{height:.3f}" for height in random.normal(size=across * down)]
+        rows = [[f"{n % across}", f"{n // across}", height] for n, height in enumerate(heights)]
+        if kind == "profile":
+            rows = [[f"{0.5 * n}", height] for n, height in enumerate(heights)]
+        elif kind == "grid":
+            rows = [heights[n : n + across] for n in range(0, len(heights), across)]
+        word, separator = random.choice(WORDS), random.choice([" ", "\t", ";", ", "])
+        for _cell in range(random.integers(3)):
+            row = rows[random.integers(3 if random.random() < 0.5 else len(rows))]
+            row[random.integers(len(row)) if kind == "grid" else -1] = word
+        try:
+            found = contents(tmp_path, random.choice(ABOVE) + "\n".join(map(separator.join, rows)))
+        except InvalidRequest:
+            continue
+        assert found.heights.size == len(heights)
+        read += 1
+    assert read > 100
