@@ -82,7 +82,7 @@ def analyze(
     rate: float | None = None,
     scale: float | None = None,
     column: str | None = None,
-    channel: int = 0,
+    channel: int | None = None,
     **fields: Any,
 ) -> dict[str, Any]:
     """Return what is felt of a steady scene, by the whole finger and by the skin under its ridges, or of a vibration.
@@ -138,7 +138,7 @@ def compare(
     rate: float | None = None,
     scale: float | None = None,
     column: str | None = None,
-    channel: int = 0,
+    channel: int | None = None,
 ) -> list[Comparison]:
     """Return measured vibrations beside the model's, line by line (docs/compare.md).
 
@@ -147,7 +147,7 @@ def compare(
     quantity: displacement, velocity or acceleration, where a recording does not say it.
     rate: Hz, of an array or of a table without times.
     scale: SI value of a sample of 1; None: that of the file, or unknown, and then one gain is fitted. An array is SI.
-    column, channel: of a table, and of a sound.
+    column, channel: of a table, and of a sound; of several channels 0 is read, with a warning, where none is named.
     Each result has `speed` (the one that fits, m/s), `gain` (dB or None), `lines`, `warnings` and `document()`.
     Raises InvalidRequest for what cannot be compared, SceneError for the scene.
 
@@ -161,5 +161,6 @@ def compare(
         name = f"recording {number + 1}"
         known = recording_of(one, name, column=column, channel=channel, rate=rate, scale=scale)
         said = quantity_of(known, quantity)
-        found.append(compared(checked, known.values, known.rate, said, known.name, scaled=known.scaled))
+        values, told = known.values, known.warnings
+        found.append(compared(checked, values, known.rate, said, known.name, scaled=known.scaled, told=told))
     return found

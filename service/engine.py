@@ -211,7 +211,7 @@ class Engine(Protocol):
         """Return what is felt of a steady scene as the JSON document of `/v1/analyze`."""
 
     def analyze_recording(
-        self, content: bytes, *, quantity: str | None = None, scale: float | None = None, channel: int = 0
+        self, content: bytes, *, quantity: str | None = None, scale: float | None = None, channel: int | None = None
     ) -> dict[str, Any]:
         """Return what is felt of a vibration in the bytes of a WAV or FLAC file, as the document of `/v1/analyze`."""
 

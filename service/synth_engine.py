@@ -115,7 +115,7 @@ class SynthEngine:
         return skin_felt(scene)
 
     def analyze_recording(
-        self, content: bytes, *, quantity: str | None = None, scale: float | None = None, channel: int = 0
+        self, content: bytes, *, quantity: str | None = None, scale: float | None = None, channel: int | None = None
     ) -> dict[str, Any]:
         """See `Engine`."""
         from synth.study.recordings import recording_in

@@ -51,6 +51,6 @@ def add_recording(parser: argparse.ArgumentParser) -> None:
         help="of a recording: displacement, velocity, acceleration; of compare also tangential_force",
     )
     parser.add_argument("--column", metavar="NAME", help="of a table: the column of the samples")
-    parser.add_argument("--channel", type=int, default=0, metavar="N", help="of a sound: the channel, from 0")
+    parser.add_argument("--channel", type=int, metavar="N", help="of a sound: the channel, from 0")
     parser.add_argument("--rate", type=float, metavar="HZ", help="of a table without times: samples per second")
     parser.add_argument("--scale", type=float, metavar="SI", help="of a recording: SI value of a sample of 1")

@@ -25,6 +25,8 @@ def run(arguments: argparse.Namespace) -> int:
         print_json({"first": felt, "second": other} | found)
         return DONE
     for name, one in ((arguments.scene, felt), (arguments.beside, other)):
+        for text in one.get("warnings", []):
+            warn(f"{name}: {text}")
         print_table(name, ("felt", "value"), _told(one))
     level, frequency = found["level_db"], found["frequency"]
     rows = [

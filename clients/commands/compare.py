@@ -32,10 +32,10 @@ def run(arguments: argparse.Namespace) -> int:
         if not quantity:
             hint = "Write --quantity acceleration, velocity, displacement or tangential_force."
             invalid_request("--quantity", "none", "the quantity of a recording that does not say it", hint)
-        found = compared(
-            scene, recording.values, recording.rate, quantity, recording.name, scaled=recording.scaled
-        )  # fmt: skip
-        made.append(found)
+        values, told = recording.values, recording.warnings
+        made.append(
+            compared(scene, values, recording.rate, quantity, recording.name, scaled=recording.scaled, told=told)
+        )
     if arguments.output is not None:
         from clients.compare_figure import draw
 

@@ -22,7 +22,17 @@ from synth.errors import Fault, InvalidRequest, shown
 from synth.scene.merge import merge_patch
 from synth.scene.scene import Scene, parse_scene, scene_document
 from synth.study.force_outcome import FORCE, force_lines
-from synth.study.line_search import Line, Spectrum, fundamental_of, lines_at, pause_of, spectrum_of
+from synth.study.line_search import (
+    LOBE,
+    MAINS,
+    Line,
+    Spectrum,
+    beside_mains,
+    fundamental_of,
+    lines_at,
+    pause_of,
+    spectrum_of,
+)
 from synth.study.steady_outcome import outcome_of
 from synth.study.variables import QUANTITIES
 
@@ -34,6 +44,7 @@ CLIPPED, RUN = 1e-3, 3  # part of samples at the ends of the range; equal ones i
 PERIODS = 2.0  # of the texture, over which the level of a pause is taken at least
 ABSENT = 1e-3  # of the strongest line of the model: weaker ones are rounding, or cancelled by the ridges of a comb
 STEADY = 0.5  # part of the recording that has most of its power; less is told
+OTHER_SPEEDS = (0.95, 1.05, 0.9, 1.1, 0.85, 1.15, 0.8, 1.2)  # over the stated one: nearest first
 OFF = 0.005  # of the speed: a larger difference is told
 
 
@@ -78,16 +89,18 @@ class Comparison:
         return plain | {"gain_db": self.gain, "lines": lines, "warnings": list(self.warnings)}
 
 
-def compared(scene: Scene, values: Array, rate: float, quantity: str, name: str, *, scaled: bool) -> Comparison:
+def compared(
+    scene: Scene, values: Array, rate: float, quantity: str, name: str, *, scaled: bool, told: tuple[str, ...] = ()
+) -> Comparison:
     """Return a recording beside `scene`.
 
-    values: one channel, SI if `scaled`. rate: Hz. quantity: one of COMPARED.
+    values: one channel, SI if `scaled`. rate: Hz. quantity: one of COMPARED. told: warnings about its file.
     Raises InvalidRequest for a quantity or a recording that cannot be compared, SceneError as `outcome_of` does.
     """
     _check(values, rate, quantity, scene)
     stated = abs(scene.scan.speed)
     centre = stated / scene.texture.period
-    spectrum, warnings = spectrum_of(values - np.mean(values), rate), _doubts(values)
+    spectrum, warnings = spectrum_of(values - np.mean(values), rate), [*told, *_doubts(values)]
     if pause := pause_of(values, rate, PERIODS / centre):
         warnings.append(pause)
     elif spectrum.steady < STEADY:
@@ -98,9 +111,9 @@ def compared(scene: Scene, values: Array, rate: float, quantity: str, name: str,
     fundamental, tried = fundamental_of(spectrum, (1.0 - SEARCH) * centre, (1.0 + SEARCH) * centre, count)
     measured = lines_at(spectrum, fundamental, count, tried)
     if not any(one.found for one in measured):
-        warnings.append("No line stands out of the noise: the speed is not fitted, and nothing is compared.")
-        lines = tuple(Compared(one, math.nan, None) for one in lines_at(spectrum, centre, count, tried))
-        return Comparison(name, quantity, rate, stated, None, None, lines, spectrum, tuple(warnings))
+        expected = lines_at(spectrum, centre, count, tried)
+        lines, why = tuple(Compared(one, math.nan, None) for one in expected), _why_none(spectrum, expected, stated)
+        return Comparison(name, quantity, rate, stated, None, None, lines, spectrum, (*warnings, why))
     speed = fundamental * scene.texture.period
     if abs(speed - stated) > OFF * stated:
         off = 100.0 * (speed / stated - 1.0)
@@ -126,6 +139,22 @@ def compared(scene: Scene, values: Array, rate: float, quantity: str, name: str,
             warnings.append("No line of the model is found, so no gain is fitted.")
     lines = tuple(Compared(*pair) for pair in zip(measured, sizes.tolist(), differences, strict=True))
     return Comparison(name, quantity, rate, stated, speed, gain, lines, spectrum, tuple(warnings))
+
+
+def _why_none(spectrum: Spectrum, expected: list[Line], stated: float) -> str:
+    """Return a sentence on a recording without lines. expected: its lines at the stated speed (m/s)."""
+    near, mains = LOBE * spectrum.bin, " and ".join(f"{base:g}" for base in MAINS)
+    left_out = [str(one.number) for one in expected if one.mains]
+    ends = "the speed is not fitted, and nothing is compared."
+    if len(left_out) < len(expected):
+        which = f" (of the stated speed, number {', '.join(left_out)})" if left_out else ""
+        return f"No line stands out of the noise, beside multiples of {mains} Hz, left out as mains hum{which}: {ends}"
+    count = np.arange(1, len(expected) + 1)
+    others = [float(f"{stated * part:.2g}") for part in OTHER_SPEEDS]
+    hum = [np.mean(beside_mains(np.asarray(expected[0].frequency * one / stated * count), near)) for one in others]
+    found = f"Every line of the stated speed, {expected[0].frequency:.4g} Hz and its multiples, is"
+    says = f"{found} within {near:.2g} Hz of a multiple of {mains} Hz, and left out as mains hum: {ends}"
+    return f"{says} Record at another speed, such as {1e3 * others[int(np.argmin(hum))]:g} mm/s."
 
 
 def _model(scene: Scene, quantity: str, fundamental: float, count: int) -> Array:

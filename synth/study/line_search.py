@@ -7,6 +7,7 @@ Model   Welch's spectrum: segments of SEGMENT s, Hann windows, half overlapped. 
         range, at steps of half a bin of the highest multiple: the one with the largest sum of the logarithms of the
         powers over the noise. A line is found where its power would occur by chance in less than ALARMS of all
         recordings, over all lines and all fundamentals that were tried.
+        What is beside the mains does not count for a claim.
         Noise whose level varies has fewer degrees of freedom, by the part of the recording that has its power.
 Source  Welch (1967), IEEE Trans. Audio Electroacoust. 15; equivalent degrees of freedom of overlapped Hann segments:
         Percival & Walden (1993), Spectral Analysis for Physical Applications.
@@ -34,6 +35,7 @@ AROUND = 64  # bins on each side over which the noise is judged
 LOBE = 2  # bins on each side of a line that does not drift
 SEARCHED = 12  # multiples by which the fundamental is found
 MAINS = (50.0, 60.0)  # Hz
+LEAST_APART = 0.1  # of the power of a line that is not beside the mains; below, a line beside 600 Hz may be hum alone
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,7 +138,7 @@ def fundamental_of(spectrum: Spectrum, low: float, high: float, count: int) -> t
     steps = max(2, math.ceil((high - low) * used / (0.5 * spectrum.bin)))
     tried = np.linspace(low, high, steps + 1)
     ratio = np.maximum(spectrum.density / spectrum.noise, 1.0)
-    ratio[_beside_mains(spectrum.hertz, LOBE * spectrum.bin)] = 1.0
+    ratio[beside_mains(spectrum.hertz, LOBE * spectrum.bin)] = 1.0
     wide = np.log(np.maximum.reduce([np.roll(ratio, shift) for shift in (-1, 0, 1)]))
     n = np.arange(1, used + 1)
     scores = np.sum(np.interp(np.outer(tried, n), spectrum.hertz, wide), axis=1)
@@ -150,7 +152,7 @@ def _nearer(spectrum: Spectrum, fundamental: float, used: int) -> float:
     for n in range(1, used + 1):
         near = _bins(spectrum, n * fundamental, 0.5 * DRIFT)
         over = np.maximum(spectrum.density[near] - 2.0 * spectrum.noise[near], 0.0) / spectrum.noise[near]
-        if near.size == 0 or not over.any() or _beside_mains(np.array([n * fundamental]), LOBE * spectrum.bin)[0]:
+        if near.size == 0 or not over.any() or beside_mains(np.array([n * fundamental]), LOBE * spectrum.bin)[0]:
             continue
         centre, weight = float(np.average(spectrum.hertz[near], weights=over)), n * n * float(np.sum(over))
         above, below = above + weight * centre / n, below + weight
@@ -165,18 +167,26 @@ def lines_at(spectrum: Spectrum, fundamental: float, count: int, tried: int) -> 
     for n in range(1, count + 1):
         frequency = n * fundamental
         near = _bins(spectrum, frequency, DRIFT)
-        mains = bool(_beside_mains(np.array([frequency]), LOBE * spectrum.bin)[0])
+        mains = bool(beside_mains(np.array([frequency]), LOBE * spectrum.bin)[0])
         noise = float(np.sum(spectrum.noise[near]))
         power = float(np.sum(spectrum.density[near]))
-        freedom = max(2.0, spectrum.freedom * max(1.0, near.size / 1.5 * spectrum.steady))
+        apart = np.compress(beside_mains(spectrum.hertz[near], LOBE * spectrum.bin) == 0.0, near)
+        power_apart, noise_apart = (float(np.sum(of[apart])) for of in (spectrum.density, spectrum.noise))
+        freedom = _freedom(spectrum, apart)
         most = float(chi2.isf(chance, freedom)) / freedom
+        freedom = _freedom(spectrum, near)
         own = max(power - noise, 0.0) * spectrum.bin  # mean square
         beside = math.sqrt(noise / max(power, 1e-300) / freedom)
         spread = noise * spectrum.bin * math.sqrt(2.0 / freedom) + 2.0 * own * beside
         low, high = (math.sqrt(2.0 * max(own + sign * 1.96 * spread, 0.0)) for sign in (-1.0, 1.0))
-        claimed = power > most * noise and not mains and near.size > 0
+        claimed = power_apart > max(most * noise_apart, LEAST_APART * power) and not mains
         found.append(Line(n, frequency, math.sqrt(2.0 * own), low, high, claimed, mains))
     return found
+
+
+def _freedom(spectrum: Spectrum, bins: Array) -> float:
+    """Return the degrees of freedom of the sum over `bins`."""
+    return max(2.0, spectrum.freedom * max(1.0, bins.size / 1.5 * spectrum.steady))
 
 
 def _bins(spectrum: Spectrum, frequency: float, drift: float) -> Array:
@@ -185,7 +195,7 @@ def _bins(spectrum: Spectrum, frequency: float, drift: float) -> Array:
     return np.asarray(np.flatnonzero(np.abs(spectrum.hertz - frequency) <= reach + 1e-9))
 
 
-def _beside_mains(hertz: Array, near: float) -> Array:
+def beside_mains(hertz: Array, near: float) -> Array:
     """Return whether each frequency is within `near` (Hz) of a multiple of the mains."""
     apart = [np.abs(hertz - base * np.maximum(np.round(hertz / base), 1.0)) for base in MAINS]
     return np.asarray(np.minimum(*apart) <= near)

@@ -14,6 +14,7 @@ import itertools
 import math
 import os
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -42,13 +43,18 @@ MOST_SAMPLES = 1 << 24  # of a file from anybody: a FLAC of 1 MB may hold hours 
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """One channel. scaled: whether `values` are SI. quantity: "" where the file does not say."""
+    """One channel.
+
+    scaled: whether `values` are SI. quantity: "" where the file does not say.
+    warnings: sentences, such as that the file has other channels.
+    """
 
     name: str
     values: Array
     rate: float
     quantity: str
     scaled: bool
+    warnings: tuple[str, ...] = ()
 
 
 def is_recording(source: str | os.PathLike[str]) -> bool:
@@ -61,7 +67,7 @@ def recording_of(
     name: str,
     *,
     column: str | None = None,
-    channel: int = 0,
+    channel: int | None = None,
     rate: float | None = None,
     scale: float | None = None,
 ) -> Recording:
@@ -94,11 +100,17 @@ def check_numbers(rate: float | None, scale: float | None) -> None:
 
 
 def read_recording(
-    path: Path, *, column: str | None = None, channel: int = 0, rate: float | None = None, scale: float | None = None
+    path: Path,
+    *,
+    column: str | None = None,
+    channel: int | None = None,
+    rate: float | None = None,
+    scale: float | None = None,
 ) -> Recording:
     """Return one channel of the file at `path`.
 
-    column: of a table; None: the only column beside the time. channel: of a sound.
+    column: of a table; None: the only column beside the time.
+    channel: of a sound; None: 0, with a warning if it has others.
     rate: Hz, of a table without times. scale: SI value of 1.0 of a sound, or of 1 of a column.
     Raises InvalidRequest for what is no such file or column, OSError, CannotRender without a library.
     """
@@ -111,7 +123,7 @@ def read_recording(
     raise _refused("/recording", str(path), allowed, "Export the recording as WAV or CSV.")
 
 
-def recording_in(content: bytes, *, channel: int = 0, scale: float | None = None) -> Recording:
+def recording_in(content: bytes, *, channel: int | None = None, scale: float | None = None) -> Recording:
     """Return one channel of the WAV or FLAC file with these bytes, which may come from anybody.
 
     Raises InvalidRequest as `read_recording` does, and where the file would unpack to more than MOST_SAMPLES.
@@ -131,15 +143,17 @@ def recording_in(content: bytes, *, channel: int = 0, scale: float | None = None
     return _of_sound(load(BytesIO(content)), "recording", channel, None, scale)
 
 
-def _sound(path: Path, channel: int, rate: float | None, scale: float | None) -> Recording:
+def _sound(path: Path, channel: int | None, rate: float | None, scale: float | None) -> Recording:
     from synth.encode.sound_files import load
 
     return _of_sound(load(path), path.name, channel, rate, scale)
 
 
-def _of_sound(sound: Sound, name: str, channel: int, rate: float | None, scale: float | None) -> Recording:
+def _of_sound(sound: Sound, name: str, channel: int | None, rate: float | None, scale: float | None) -> Recording:
     if rate is not None:
         raise _refused("/rate", f"{rate:g}", "nothing with a sound", f"It has its rate, {sound.sample_rate} Hz.")
+    warnings = _other_channels(sound.quantities) if channel is None else ()
+    channel = 0 if channel is None else channel
     if not 0 <= channel < len(sound.quantities):
         allowed = f"0 to {len(sound.quantities) - 1}"
         raise _refused("/channel", str(channel), allowed, "Write the number of a channel of the file.")
@@ -148,7 +162,18 @@ def _of_sound(sound: Sound, name: str, channel: int, rate: float | None, scale: 
     if known and scale is not None:
         raise _refused("/scale", f"{scale:g}", "nothing with a file of ridgewave", "It has its scale. Leave it out.")
     values = np.asarray(sound.values[:, channel], np.float64) * (1.0 if known or scale is None else scale)
-    return Recording(name, values, float(sound.sample_rate), quantity if known else "", known or scale is not None)
+    is_scaled = known or scale is not None
+    return Recording(name, values, float(sound.sample_rate), quantity if known else "", is_scaled, warnings)
+
+
+def _other_channels(quantities: Sequence[str]) -> tuple[str, ...]:
+    """Return a warning about the channels of a sound of which none was named; none where it has one."""
+    if len(quantities) == 1:
+        return ()
+    known = ", ".join(f"{n} is {one}" for n, one in enumerate(quantities) if one != "unscaled")
+    which = f"0 to {len(quantities) - 1}" + (f" ({known})" if known else "")
+    read = f"It has {len(quantities)} channels, and channel 0 was read, as none is named."
+    return (f"{read} Write channel, or --channel on the command line, from {which}.",)
 
 
 def _table(path: Path, column: str | None, rate: float | None, scale: float | None) -> Recording:

@@ -41,7 +41,7 @@ def sound_felt(recording: Recording, quantity: str | None = None) -> dict[str, A
         "pacinian_power": felt[-1].power,
         "intensity": intensity(felt),
         "felt_by": "vibration" if max(levels, default=-1.0) > 0.0 else "nothing",
-        "warnings": [pause] if pause else [],
+        "warnings": [*recording.warnings, *([pause] if pause else [])],
     }
 
 

@@ -173,7 +173,7 @@ class PlainEngine:
         }
 
     def analyze_recording(
-        self, content: bytes, *, quantity: str | None = None, scale: float | None = None, channel: int = 0
+        self, content: bytes, *, quantity: str | None = None, scale: float | None = None, channel: int | None = None
     ) -> dict[str, Any]:
         return self.analyze(Scene())
 

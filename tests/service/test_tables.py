@@ -96,7 +96,7 @@ def test_a_file_may_be_cached_for_ever(app: FastAPI) -> None:
 def test_an_unknown_hash_is_refused_with_how_to_make_the_table(app: FastAPI, name: str) -> None:
     made(app)
     (fault,) = problem(ask(app, "GET", f"/v1/tables/{name}"), 404, "not-found")["errors"]
-    assert "POST its scene to /v1/tables" in fault["hint"] and len(fault["value"]) < 100
+    assert fault["pointer"] == "hash" and "POST its scene to /v1/tables" in fault["hint"] and len(fault["value"]) < 100
 
 
 def test_a_table_that_the_cache_has_no_room_for_is_made_again() -> None:

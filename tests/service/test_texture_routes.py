@@ -106,7 +106,8 @@ def test_an_imported_texture_is_listed_shown_exported_renamed_and_deleted(own: F
     assert renamed.status_code == 200 and renamed.json()["scene"] == shown["scene"]
     problem(ask(own, "GET", "/v1/textures/cloth"), 404, "not-found")
     assert ask(own, "DELETE", "/v1/textures/wool").status_code == 204
-    problem(ask(own, "DELETE", "/v1/textures/wool"), 404, "not-found")
+    (fault,) = problem(ask(own, "DELETE", "/v1/textures/wool"), 404, "not-found")["errors"]
+    assert fault["pointer"] == "name"
 
 
 @pytest.mark.parametrize(

@@ -27,12 +27,14 @@ from synth.surfaces.readers.surface_file import refuse_file
 SEPARATORS = {"\t": "tabs", ";": "semicolons", "|": "bars", ",": "commas", " ": "spaces"}
 STRONG = ("\t", ";", "|")  # signs that are in no number
 WEAK = (",", " ")
-COMMENT = re.compile(r"\s*(?:#|%|//|!|[;'][^\W\d_]{2})")
+_ERRORS = r"#(?:n/a|div/0|value|num|null|nv|wert|ref)!?"  # of spreadsheets
+COMMENT = re.compile(rf"(?i)\s*(?:(?!{_ERRORS}(?:[\s;,|]|$))#|%|//|!|[;'][^\W\d_]{{2}})")
 FOOTER = re.compile(r"(?i)\x1a|[\W_]*(?:end|eof|eod|eor)\b[^0-9]*")  # \x1a ended the files of MS-DOS
 NO_HEIGHT = re.compile(
     r"(?i:nan(?:\([^)]*\))?|bad|[+-]?inf(?:inity)?|n\.?/?a\.?|null|none|void|invalid|missing|masked|no ?data"
-    r"|#(?:n/a|div/0|value|num|null|nv|wert|ref)!?|[+-]?1\.#(?:qnan|snan|ind|inf)0*)|-+|\*+|\?+"
+    rf"|{_ERRORS}|[+-]?1\.#(?:qnan|snan|ind|inf)0*)|-+|\*+|\?+"
 )
+TWO_WORDS = re.compile(r"(?i)(?<![^\s;,|])no[ \t]+data(?![^\s;,|])")  # of one missing point, also between spaces
 _EXPONENT = r"(?:[eEdD][+-]?[0-9]{1,4})?"
 PLAIN = {
     ".": re.compile(rf"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+){_EXPONENT}"),
@@ -82,7 +84,7 @@ class Form:
             cells = next(csv.reader([line], delimiter=self.separator, skipinitialspace=True), [""])
             cells = [cell for cell in cells if cell] if self.separator == " " else cells
         elif self.separator == " ":
-            cells = re.split(r"[ \t]+", line)
+            cells = re.split(r"[ \t]+", TWO_WORDS.sub("nan", line) if "ata" in line.lower() else line)
         else:
             cells = line.split(self.separator)
         if self.empty and not any(cell.strip() for cell in cells[-self.empty :]):
@@ -147,7 +149,8 @@ def is_numbers(line: str) -> bool:
 
 def is_missing(line: str) -> bool:
     """Return whether `line` has missing points only. Hyphens do not count: they divide header and numbers."""
-    return bool(re.fullmatch(r"(?i)nan(?:[\s;,|]+nan)*[;,|]?", line.strip()))
+    cells = re.split(r"[\s;,|]+", TWO_WORDS.sub("nan", line.strip()).rstrip(";,|"))
+    return all(NO_HEIGHT.fullmatch(cell) and re.search(r"[^\W\d_]", cell) for cell in cells)
 
 
 def _reading(form: Form, line: str) -> list[str] | None:

@@ -18,6 +18,7 @@ from __future__ import annotations
 import csv
 import re
 import warnings
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import chain, islice
@@ -26,6 +27,7 @@ from typing import Any, NoReturn, TextIO
 
 import numpy as np
 
+from synth.surfaces.readers.header_end import LONGEST_HEADER, check_last
 from synth.surfaces.readers.known_files import POINT_CLOUD, is_json, mesh_as_text, refuse_known
 from synth.surfaces.readers.number_forms import (
     COMMENT,
@@ -44,7 +46,7 @@ from synth.surfaces.readers.text_header import header_of
 from synth.surfaces.readers.text_layout import surface_of_table
 
 MOST_HEADER = 300  # lines before the numbers
-LONGEST_HEADER = 1000  # characters of a line of the header that are looked at
+MOST_ALIKE = 3  # lines of numbers of one length above the names of columns; more are points
 WITH_UNIT = re.compile(r"[+-]?[0-9.,]+ ?(?:[mnuµμ]?m|in|mil)")
 EMPTY_CELLS = re.compile(r"(?=.*[^\s])[\s;,|\"]+")
 FEWEST_COUNTED = 4  # heights below a first number that counts them; a smaller number is as likely a height
@@ -101,6 +103,7 @@ def read(path: Path, _ending: str) -> SurfaceFile:
         with path.open(encoding=codec) as file:
             header, sample = _beginning(file)
             form = form_of(sample, header)
+            check_last(header, sample, form)
             values = _at_once(chain(sample, file), form, path.stat().st_size)
         if values is None:
             values = _line_by_line(path, codec, form)
@@ -166,7 +169,7 @@ def _beginning(file: TextIO) -> tuple[list[str], list[str]]:
             break
         form = form_of(sample[1:], header)
         counts = [_count(form, line) for line in sample]
-        if counts[0] == counts[1] or len(set(counts[1:])) > 1 or counts[1] == 0:
+        if counts[0] == counts[1] or len(set(counts[1:]) - {0}) > 1 or counts[1] == 0:
             break
         header.append(sample.pop(0))
     return header, sample
@@ -176,12 +179,15 @@ def _names_below(sample: list[str], header: list[str]) -> int:
     """Return the number of lines of `sample` that belong to the header: values alone, and then the names of columns.
 
     Such a line of names divides lines of numbers with different numbers of cells; any other is a fault, and remains.
+    Lines above it that are as long as one below it, or more than MOST_ALIKE of one length, are points.
     """
     place = next((place for place, line in enumerate(sample) if not is_numbers(line) and not is_missing(line)), 0)
     if not 0 < place < len(sample) - 1 or not is_numbers(sample[place + 1]):
         return 0
     form = form_of(sample[place + 1 :], header)
-    return place + 1 if _count(form, sample[0]) != _count(form, sample[place + 1]) else 0
+    above = Counter(_count(form, line) for line in sample[:place])
+    below = {_count(form, line) for line in sample[place + 1 :]} - {0}
+    return 0 if above.keys() & below or max(above.values()) > MOST_ALIKE else place + 1
 
 
 def _count(form: Form, line: str) -> int:

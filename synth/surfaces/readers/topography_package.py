@@ -3,7 +3,8 @@
 Stage   SURFACES, from files.
 Model   A reader of the package is tried if it recognises the first bytes, or if it regards them as possible and has the
         file's ending. It gives each channel with its sizes and units. The default channel is read if it has heights,
-        else the first channel of heights. The package is imported only for such a file.
+        else the first channel of heights; of arrays alone, that of `array_files`. The package is imported only for such
+        a file.
 Source  SurfaceTopography (MIT), https://contactengineering.github.io/SurfaceTopography/.
 Limits  Needs the extra `surfaces`. A profile with unequal steps keeps its positions. The package reads the whole
         header, and for some formats the whole file, before the number of points is known. Therefore the unpacked size
@@ -23,6 +24,7 @@ from typing import Any
 import numpy as np
 
 from synth.errors import CannotRender, RidgewaveError, shown
+from synth.surfaces.readers.array_files import ARRAYS, HDF5, array_of_heights, check_attributes
 from synth.surfaces.readers.known_files import known, mesh_as_text, refuse_unknown
 from synth.surfaces.readers.map_names import EXAMPLES as MAPS
 from synth.surfaces.readers.surface_file import SurfaceFile, check_shape, finite_heights, refuse_file, unit_named
@@ -76,27 +78,6 @@ ZIP, EMPTY_ZIP, PACKED = b"PK\x03\x04", b"PK\x05\x06", "a packed file (ZIP)"
 SHOWN = 3  # names in an error
 IN_ZIP_ONLY = (".x3p", ".plux", ".qep", ".poir")  # of these names, any other contents are of another format
 PARTS_IN_ZIP = ("main.xml", ".prf", ".oir", ".dsc")  # of X3P, Mahr, Olympus and a nanomeasuring machine
-HDF5 = b"\x89HDF"
-ARRAYS = ("h5", "mat")  # formats of arrays alone, which are read as NPY is: rows along y
-ATTRIBUTES = (
-    "scale_factor",
-    "add_offset",
-    "offset",
-    "scale",
-    "factor",
-    "gain",
-    "unit",
-    "units",
-    "_fillvalue",
-    "missing_value",
-    "fill_value",
-    "nodata",
-    "no_data",
-    "z_unit",
-    "spacing",
-    "resolution",
-    "pixel_size",
-)
 INSTALL = "pip install 'ridgewave[surfaces]'"
 
 
@@ -248,7 +229,10 @@ def _contents(reader: Any, path: Path) -> SurfaceFile:
         found = ", ".join(str(channel.name) for channel in reader.channels)[:80]
         refuse_file(f"the channels {found}" if found else "no channel", "a channel of heights", "Export the heights.")
     default = reader.default_channel
-    channel = default if default.is_height_channel else channels[0]
+    if reader.format() in ARRAYS:
+        channel = array_of_heights(channels)
+    else:
+        channel = default if default.is_height_channel else channels[0]
     points = tuple(channel.nb_grid_pts or (2,))
     check_shape(points[:1] if points[1:] == (1,) else points)
     sizes = {} if channel.physical_sizes is not None else {"physical_sizes": _counts(channel)}
@@ -257,13 +241,14 @@ def _contents(reader: Any, path: Path) -> SurfaceFile:
     one_row = stored.ndim == 2 and stored.shape[1] == 1
     is_array = reader.format() in ARRAYS and bool(sizes)
     if is_array and path.read_bytes()[: len(HDF5)] == HDF5:
-        _check_attributes(path, str(channel.name))
+        check_attributes(path, str(channel.name))
     by_rows = stored if is_array else stored.T  # the package has x down an array, and programs have it across
     heights, missing = finite_heights(stored.ravel() if one_row else by_rows)
     notes: tuple[str, ...] = ()
     if len(channels) > 1:
         others = ", ".join(str(other.name) for other in channels if other is not channel)
-        notes = (f"It has other channels of heights, which were not read: {others[:120]}",)
+        what_else = "arrays" if is_array else "channels of heights"
+        notes = (f"It has other {what_else}, which were not read: {others[:120]}",)
     unit = _unit(surface.unit)
     if reader.format() == "nc" and unit is None:
         _check_attributes_of_netcdf(path)
@@ -282,18 +267,6 @@ def _contents(reader: Any, path: Path) -> SurfaceFile:
         notes=notes,
         positions=positions,
     )
-
-
-def _check_attributes(path: Path, name: str) -> None:
-    """Refuse an array of HDF5 with attributes that change what its numbers mean: the package leaves them out."""
-    import h5py
-
-    with h5py.File(path) as file:
-        found = file.get(name)
-        stated = sorted(key for key in (found.attrs if found is not None else ()) if key.lower() in ATTRIBUTES)
-    if stated:
-        allowed, hint = "an array of heights without attributes", "Apply them, and save the heights as NPY or text."
-        refuse_file(f"an array of HDF5 with the attributes {', '.join(stated)[:80]}", allowed, hint)
 
 
 def _check_attributes_of_netcdf(path: Path) -> None:

@@ -35,3 +35,22 @@ def test_what_is_missing_is_told(ridgewave: RunsRidgewave, tmp_path: Path) -> No
     assert noise.returncode == 0 and b"No line stands out" in noise.stderr
     gone = ridgewave("compare", SCENE, str(tmp_path / "none.wav"), "--quantity", "velocity")
     assert gone.returncode in (1, 2) and b"Traceback" not in gone.stderr
+
+
+def test_the_channel_that_was_read_is_told_where_none_is_named(ridgewave: RunsRidgewave, tmp_path: Path) -> None:
+    sound = rw.render(SCENE, effects={"tangential": {}}, output={"duration": "1 s", "sample_rate": 8000})
+    own, plain = sound.save(tmp_path / "own.wav"), tmp_path / "plain.wav"
+    soundfile.write(plain, sound.values[:, [0, 0, 1]], 8000, subtype="FLOAT")
+    warned, others = b"channel 0 was read", b"--channel on the command line, from 0 to "
+    for command, words in (
+        (["compare", SCENE, str(own)], b"1 (0 is acceleration, 1 is tangential_force)"),
+        (["analyze", str(plain), "--quantity", "acceleration", "--scale", "1"], b"2."),
+    ):
+        done = ridgewave(*command)
+        assert done.returncode == 0 and warned in done.stderr and others + words in done.stderr
+        assert warned not in ridgewave(*command, "--channel", "0").stderr
+    both = ridgewave("analyze", str(own), "--beside", str(own))
+    assert both.stderr.count(warned) == 2
+    (found,) = rw.compare(SCENE, sound)
+    assert any(warned.decode() in text for text in found.warnings)
+    assert any(warned.decode() in text for text in rw.analyze(sound)["warnings"])

@@ -113,6 +113,27 @@ def test_noise_alone_claims_no_line() -> None:
     assert alarms <= 6
 
 
+@pytest.mark.parametrize("hertz", [50.0, 60.0, 100.0, 150.0, 180.0])
+@pytest.mark.parametrize("noise", [0.0, 0.1])
+def test_lines_that_are_all_left_out_as_hum_are_told_with_a_speed_that_is_not(hertz: float, noise: float) -> None:
+    speed = hertz * 0.8e-3
+    scene = {"texture": {"period": "0.8 mm"}, "scan": {"speed": speed}, "finger": {"kind": "fingertip"}}
+    found = beside(scene, recording(scene, 4, noise=noise)[0])
+    assert found.speed is None and all(one.measured.mains for one in found.lines)
+    (told,) = (text for text in found.warnings if "mains hum" in text)
+    assert told.startswith(f"Every line of the stated speed, {hertz:g} Hz and its multiples, is within 2 Hz")
+    other = float(told.rpartition("such as ")[2].removesuffix(" mm/s.")) / 1e3
+    scene["scan"] = {"speed": other}
+    again = beside(scene, recording(scene, 4, noise=noise)[0])
+    assert again.speed == pytest.approx(other, rel=5e-3) and again.lines[0].measured.found
+
+
+def test_noise_beside_hum_is_told_with_the_lines_that_are_left_out() -> None:
+    noise = np.random.default_rng(4).standard_normal(40_000)
+    (told,) = (text for text in beside(TIP, noise).warnings if "No line" in text)
+    assert "beside multiples of 50 and 60 Hz, left out as mains hum (of the stated speed, number 3, 5, 6" in told
+
+
 def test_a_clipped_sensor_is_told() -> None:
     values, _sizes = recording(TIP, 0, noise=0.05)
     most = 0.5 * float(np.max(values))
