@@ -44,12 +44,13 @@ LEAST_CATCH_UP = 0.02  # m/s, at any speed of the hand: as a slow stroke; less: 
 OF_JOINING = 2.0 * math.exp(-2.0)  # largest speed by which `join` takes back an error, over the error times the decay
 
 UNKNOWN, BY_POSITION, BY_SPEED = 0.0, 1.0, 2.0
-FRAME, MODE, UNTIL, ASKED = range(4)
-"""Entries of a hand: next frame, kind of updates, frame at which it glides to a stop, requested load (N).
+FRAME, MODE, UNTIL, ASKED, FOUND = range(5)
+"""Entries of a hand: next frame, kind of updates, frame at which it glides to a stop, requested load (N), and the next
+frame at the first update after a glide, of which more may come at once.
 
 Where the frame of the glide is before the next frame, the glide has begun.
 """
-OF_PLACE = 4
+OF_PLACE = 5
 OF_LOAD = OF_PLACE + CURVE
 POWERS = OF_LOAD + CURVE
 POWERS_OF_LOAD = POWERS + STRIDE
@@ -72,7 +73,7 @@ class Follower:
     def __init__(self, sample_rate: int, *, lowest_load: float = 0.0) -> None:
         self.sample_rate = sample_rate
         self.lowest = lowest_load
-        hand = np.array([0.0, UNKNOWN, math.inf, 0.0])
+        hand = np.array([0.0, UNKNOWN, math.inf, 0.0, -1.0])
         (place, places), (load, loads) = new_curve(), new_curve()
         self.state = np.concatenate([hand, place, load, places, loads, new_track()])  # one array: each update copies it
 
@@ -82,7 +83,7 @@ class Follower:
         hand, place, load_curve, _, _, track = parts_of(self.state)
         stand(place, hand[FRAME], position, speed)
         stand(load_curve, hand[FRAME], held, 0.0)
-        hand[MODE:] = BY_POSITION, math.inf, held
+        hand[MODE:] = BY_POSITION, math.inf, held, -1.0
         track[:] = new_track()
         begin_anew(track, speed)
 
@@ -159,7 +160,9 @@ def _go_to(
     leap = LEAP_SPEED * max(track[INTERVAL], LEAST_LEAP)
     jumped = not silent and bool(hand[MODE] == BY_SPEED or not abs(x - level) < leap)
     behind = OF_JOINING * decay * abs(x - level) >= max(CATCH_UP * abs(slope), LEAST_CATCH_UP)
-    unseen = not silent and not jumped and behind and hand[UNTIL] < hand[FRAME]
+    if hand[UNTIL] < hand[FRAME]:
+        hand[FOUND] = hand[FRAME]
+    unseen = not silent and not jumped and behind and hand[FOUND] == hand[FRAME]
     if jumped:
         level = position
         if hand[MODE] == BY_POSITION:

@@ -70,6 +70,7 @@ class SlowFollower:
     going: int = 1 << 60  # frames since the last change of the target load
     gives: str = ""
     until: float = math.inf
+    found: int = -1
     points: list[tuple[float, float]] = field(default_factory=list)
     lateness: list[float] = field(default_factory=list)
     intervals: list[float] = field(default_factory=list)
@@ -82,7 +83,7 @@ class SlowFollower:
         self.asked = self.goal = min(max(load, self.lowest), self.numbers.largest_load)
         self.stages = [self.goal] * 3
         self._stand(position - speed / self.rate, speed)
-        self.gives, self.until, self.time, self.slope = "position", math.inf, None, speed
+        self.gives, self.until, self.found, self.time, self.slope = "position", math.inf, -1, None, speed
         self.points, self.lateness, self.intervals = [], [], []
 
     @property
@@ -163,7 +164,8 @@ class SlowFollower:
         fastest = error * k * 2.0**2 / 2.0 * math.exp(-2.0)  # of (1 + k t + (k t)^2 / 2) exp(-k t), at k t = 2
         jumped = bool(not silent and (self.gives == "speed" or far))
         behind = fastest >= max(n.catch_up * abs(self.slope), n.least_catch_up)
-        unseen = bool(not silent and not jumped and behind and self.until < self.frame)
+        self.found = self.frame if self.until < self.frame else self.found
+        unseen = bool(not silent and not jumped and behind and self.found == self.frame)
         if jumped:
             level = position
             if self.gives == "position":

@@ -56,6 +56,7 @@ def worst_error(cases: Any, exact: list[ExactContact], dtype: Any) -> float:
     return float(np.max(np.abs(found - truth) / (1 + cases[:, 2] + np.abs(truth))))
 
 
+@pytest.mark.thorough
 def test_both_precisions_agree_with_forty_digits_over_the_whole_range() -> None:
     cases = random_cases(4, seed=7, most_waves=30)
     exact = solve_all_exactly(cases)

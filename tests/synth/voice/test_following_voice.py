@@ -11,6 +11,7 @@ from synth.motion.motion import Motion, Update
 from synth.motion.update_smoothing import Follower
 from synth.voice.hand_voice import HandVoice
 from synth.voice.voice import Voice, open_voice
+from tests.few import paired
 from tests.synth.engine_cases import Real, largest_step, scene_of
 
 RATE, BLOCK = 48000, 480
@@ -106,18 +107,30 @@ def test_a_jump_is_told_and_its_cross_fade_makes_no_step(voice: Voice, kept: dic
     assert largest_step(np.concatenate([before, gone + part * (come - gone)])) <= kept[LOAD][0]
 
 
-@pytest.mark.parametrize("lost", [6, 7, 9, 12, 16, 20, 26, 33])
-@pytest.mark.parametrize("speed", [0.03, SPEED])
-def test_a_gap_in_the_updates_ends_without_a_jolt(lost: int, speed: float) -> None:
-    """The finger glides to a stop in the gap, and is then behind the hand: it does not sweep to the hand's place."""
+@pytest.mark.parametrize("held", ["lost", "all at once", "in two parts"])
+@pytest.mark.parametrize(("late", "speed"), paired([6, 7, 9, 12, 16, 20, 26, 33], [0.03, SPEED]))
+def test_a_gap_in_the_updates_ends_without_a_jolt(late: int, speed: float, held: str) -> None:
+    """The finger glides to a stop in the gap, and is then behind the hand: it does not sweep to the hand's place.
+
+    held: whether the updates of the gap are lost, or come together at its end, as after a hiccup of the network.
+    """
     voice = HandVoice(scene_of(output={"quantity": "acceleration", "sample_rate": RATE, "bandwidth": 1000}))
     parts = []
-    for n in range(90 + lost):
-        if not 60 <= n < 60 + lost:
+
+    def touch(first: int, end: int) -> None:
+        for n in range(first, end):
             voice.touch(Update(n, 0.01 * n, speed * 0.01 * n, None, LOAD))
-        if lost >= 25 and n == 60 + 25:
+
+    end = 60 + late
+    for n in range(90 + late):
+        if not 60 <= n < end:
+            touch(60 if n == end and held != "lost" else n, n + 1)
+        elif n == end - 1 and held == "in two parts":
+            touch(60, 60 + late // 2)
+        if late >= 25 and n == 60 + 25:
             voice.lift()  # the watchdog of a service
         parts.append(voice.render(BLOCK)[:, 0])
     usual, after = np.concatenate(parts[30:60]), np.concatenate(parts[60:])
-    assert np.abs(after).max() <= 2.2 * np.abs(usual).max()
-    assert np.abs(np.concatenate(parts[-10:])).max() == pytest.approx(np.abs(usual).max(), rel=0.1)
+    most = 2.5 if late < 25 else 4.5  # a landing passes light loads, under which the texture is louder
+    assert np.abs(after).max() <= most * np.abs(usual).max()
+    assert np.abs(np.concatenate(parts[-10:])).max() == pytest.approx(np.abs(usual).max(), rel=0.15)
