@@ -1,6 +1,7 @@
 /* What the page says of the chosen texture. */
 
 import { make } from "../dom.js";
+import { explanationOf } from "../explained.js";
 import { orTell } from "../page/notice.js";
 import { call, callBinary } from "../service.js";
 
@@ -52,8 +53,8 @@ export class TextureDescription {
     let shown;
     try {
       shown = entry.stored ? await this.#ownOf(entry) : await sourcesOf(entry);
-    } catch ({ message }) {
-      shown = message;
+    } catch (error) {
+      shown = explanationOf(error);
     }
     if (entry !== this.#entry) return;
     const focused = this.#numbers.contains(document.activeElement); // after a rename

@@ -2,6 +2,7 @@
 
 Limits: browsers permit sound only after a click or key press. */
 
+import { explanationOf } from "../explained.js";
 import { Finger } from "../hand/finger.js";
 import { Player } from "../sound/player.js";
 
@@ -54,7 +55,7 @@ export class TableSound {
       },
       (error) => {
         this.#opening = null;
-        this.status.say(`The sound could not start: ${error.message}`);
+        this.status.say(explanationOf(error));
         return null;
       },
     );

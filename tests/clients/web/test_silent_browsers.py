@@ -1,0 +1,85 @@
+"""A browser that cannot sound: the page says why and what to do, and no text of an exception reaches the reader."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.clients.web.browser import WAIT, watched
+from tests.clients.web.conftest import link_to, loaded
+from tests.clients.web.page_service import WEB
+from tests.service.harness import Running
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+MISTAKE = "This page made a mistake. Reload it, then try again. The console of the browser has the details."
+THROWS = "window.AudioContext = class { constructor() { throw new %s; } };"
+CAUSES = {
+    "not permitted": (
+        THROWS % "DOMException('denied', 'NotAllowedError')",
+        "The browser does not permit sound here. Permit it in the settings of the browser, then try again.",
+    ),
+    "a rate that it lacks": (
+        THROWS % "DOMException('rate', 'NotSupportedError')",
+        "This browser cannot play that sample rate. Set 48 kHz, or download the WAV.",
+    ),
+    "no AudioContext": (
+        "delete window.AudioContext;",
+        "This browser lacks what the sound needs. Update it, or use another one.",
+    ),
+    "no WebSocket": (
+        "delete window.WebSocket;",
+        "This browser opens no stream to the service. Update it, or use another one.",
+    ),
+    "a stream that is forbidden": (
+        "window.WebSocket = class { constructor() { throw new DOMException('insecure', 'SecurityError'); } };",
+        "This browser opens no stream to the service. Update it, or use another one.",
+    ),
+    "a mistake of the page": (THROWS % "ReferenceError('depth is not defined')", MISTAKE),
+}
+MESSAGE = re.compile(r"(?<!\bdata)\.message\b|[{,]\s*message\s*[:,}]|\$\{(?:error|problem)\}")
+"""What reads the text of an exception."""
+
+
+def told(page: Page, place: str, sentence: str) -> None:
+    """Return once `place` says `sentence`; fail with what it says."""
+    for _ in range(100):
+        if page.locator(f"#{place}").text_content() == sentence:
+            return
+        page.wait_for_timeout(100)
+    assert page.locator(f"#{place}").text_content() == sentence
+
+
+@pytest.mark.parametrize("cause", CAUSES)
+def test_a_cause_of_silence_is_told_in_words(chromium: Browser, service: Running, cause: str) -> None:
+    script, sentence = CAUSES[cause]
+    with watched(chromium, "about:blank") as (page, watch):
+        watch.host = service.url.removeprefix("http://")
+        watch.allow(r"ReferenceError")
+        page.add_init_script(script)
+        page.goto(service.url + link_to({}))
+        loaded(page)
+        page.click("#start")
+        told(page, "notice", sentence)
+        page.wait_for_function("() => document.getElementById('state').textContent === 'not started'", timeout=WAIT)
+        assert page.locator("#start").text_content() == "Touch"
+        assert bool(watch.wrong) == (sentence == MISTAKE), "the console has the exception"
+
+
+def test_a_page_that_sounds_has_no_such_note(functions: Page) -> None:
+    why = functions.evaluate("async () => (await import('/web/sound/player.js')).whySilent()")
+    assert why == ""
+
+
+def test_one_place_reads_the_text_of_exceptions() -> None:
+    found = [
+        f"{path.relative_to(WEB)}: {line.strip()}"
+        for path in sorted(WEB.rglob("*.js"))
+        if "vendor" not in path.parts and path.name != "explained.js"
+        for line in path.read_text("utf-8").splitlines()
+        if MESSAGE.search(line)
+    ]
+    assert found == []
