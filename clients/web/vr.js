@@ -107,7 +107,7 @@ async function begin() {
   const parts = { button, why, room, fingertips, motors, panel, begin: () => sound.begin(), say };
   headset = new HeadsetEntry(parts);
   run({ room, fingertips, viewpoint, pointer, keys, panel, swatches });
-  say("");
+  sound.tellSilence();
   part("view").dataset.ready = "true";
 }
 

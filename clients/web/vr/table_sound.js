@@ -4,7 +4,7 @@ Limits: browsers permit sound only after a click or key press. */
 
 import { explanationOf } from "../explained.js";
 import { Finger } from "../hand/finger.js";
-import { Player } from "../sound/player.js";
+import { Player, whySilent } from "../sound/player.js";
 
 const RATE = 48000; // Hz, default of a scene
 const ASLEEP = "The browser keeps this page silent until you click, press a key or lift your finger.";
@@ -41,6 +41,11 @@ export class TableSound {
   set muted(muted) {
     this.#muted = muted;
     this.#apply();
+  }
+
+  /** Says why the page cannot sound, or nothing if it can. */
+  tellSilence() {
+    this.status.say(whySilent());
   }
 
   /** Opens the player once. Must be called in a user gesture. */

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.clients.web.browser import WAIT, watched
+from tests.clients.web.browser import WAIT, headless, watched
 from tests.clients.web.conftest import link_to, loaded
-from tests.clients.web.page_service import WEB
-from tests.service.harness import Running
+from tests.clients.web.page_service import WEB, serving_pages
+from tests.service.harness import START, Running, kept_engine, roomy_settings, until
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, Page, Playwright
 
+HOST = "lab.example"
+SECURE = "Browsers permit sound only over https or on localhost. Open this page at such an address."
 MISTAKE = "This page made a mistake. Reload it, then try again. The console of the browser has the details."
 THROWS = "window.AudioContext = class { constructor() { throw new %s; } };"
 CAUSES = {
@@ -44,6 +47,16 @@ MESSAGE = re.compile(r"(?<!\bdata)\.message\b|[{,]\s*message\s*[:,}]|\$\{(?:erro
 """What reads the text of an exception."""
 
 
+@pytest.fixture(scope="module")
+def insecure(playwright: Playwright) -> Iterator[tuple[Browser, str]]:
+    """Yield a browser and the address of a service that is neither https nor localhost."""
+    settings = {**roomy_settings(), "allowed_hosts": f"{HOST},127.0.0.1"}
+    rules = f"--host-resolver-rules=MAP {HOST} 127.0.0.1"
+    with serving_pages(kept_engine(), **settings) as running, headless(playwright, rules) as browser:
+        until(lambda: running.service.warm, START)
+        yield browser, running.url.replace("127.0.0.1", HOST)
+
+
 def told(page: Page, place: str, sentence: str) -> None:
     """Return once `place` says `sentence`; fail with what it says."""
     for _ in range(100):
@@ -51,6 +64,49 @@ def told(page: Page, place: str, sentence: str) -> None:
             return
         page.wait_for_timeout(100)
     assert page.locator(f"#{place}").text_content() == sentence
+
+
+def test_a_page_without_https_says_at_once_that_it_has_no_sound(insecure: tuple[Browser, str]) -> None:
+    browser, url = insecure
+    with watched(browser, url + link_to({})) as (page, _):
+        loaded(page)
+        assert page.evaluate("() => isSecureContext") is False
+        told(page, "pad-note", SECURE)
+        assert page.is_visible("#pad-note")
+        before = page.locator("#pad").bounding_box()
+        page.click("#start")
+        told(page, "notice", SECURE)
+        assert page.locator("#state").text_content() == "not started"
+        assert page.locator("#pad").bounding_box() == before
+
+
+def test_a_note_on_the_sound_fits_the_pad_of_a_phone(insecure: tuple[Browser, str]) -> None:
+    browser, url = insecure
+    with watched(browser, url + link_to({}), viewport={"width": 320, "height": 568}) as (page, _):
+        loaded(page)
+        told(page, "pad-note", SECURE)
+        note, pad = (page.locator(one).bounding_box() for one in ("#pad-note span", "#pad"))
+        assert note and pad
+        assert note["x"] >= 0 and note["x"] + note["width"] <= 320
+        assert note["y"] + note["height"] <= pad["y"] + pad["height"]
+
+
+def test_a_table_without_https_says_so_too(insecure: tuple[Browser, str]) -> None:
+    browser, url = insecure
+    with watched(browser, url + link_to({})) as (page, _):
+        said = page.evaluate(
+            """async () => {
+              const {TableSound} = await import("/web/vr/table_sound.js");
+              const status = {text: "", say(text) { this.text = text; }};
+              const sound = new TableSound(0.1, status);
+              sound.tellSilence();
+              const atOnce = status.text;
+              status.text = "";
+              await sound.begin();
+              return [atOnce, status.text];
+            }"""
+        )
+        assert said == [SECURE, SECURE]
 
 
 @pytest.mark.parametrize("cause", CAUSES)
