@@ -50,6 +50,7 @@ export class TextureDescription {
   }
 
   async #showNumbers(entry) {
+    if (!entry) return;
     let shown;
     try {
       shown = entry.stored ? await this.#ownOf(entry) : await sourcesOf(entry);
