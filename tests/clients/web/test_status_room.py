@@ -196,3 +196,15 @@ def test_an_open_sheet_has_no_rescale_on_its_tabs(chromium: Browser, service: Ru
         page.click(".tabs [data-tab=plot]")
         for tab in ("scene", "feel", "plot"):
             page.click(f".tabs [data-tab={tab}]")  # fails where something lies over it
+
+
+def test_the_bar_of_a_phone_has_room_for_fingers(chromium: Browser, service: Running) -> None:
+    with on_screen(chromium, service.url + link_to({}), SIZES[0]) as page:
+        for width in (320, 360, 390, 412, 440, 441, 600, 601, 860, 1280):
+            page.set_viewport_size({"width": width, "height": 700})
+            slider = page.locator("#volume").bounding_box()
+            assert slider is not None and slider["width"] >= 80, width
+            for link in page.locator(".bar nav a").all():
+                box = link.bounding_box()
+                assert box is not None and min(box["width"], box["height"]) >= 24, width
+            assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth"), width
