@@ -28,6 +28,7 @@ export class StaleParts {
     const place = byId("pad-note");
     if (place.textContent !== note) place.replaceChildren(make("span", { text: note })); // a new element moves nothing
     place.hidden = !note;
+    byId("pad").toggleAttribute("data-noted", Boolean(note));
   }
 
   /** Greys `place` if one of `parts` is not of the present scene; its title says so (page.css). */

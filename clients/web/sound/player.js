@@ -21,7 +21,7 @@ const LOUDEST = 0.3; // of the device: largest sample of a raised sound; three t
 const CURVE_POINTS = 4097; // of the curve that bends it
 const FIRST_VOLUME = 0.1; // first volume: a vibration for an actuator is loud in headphones
 
-const INSECURE = "Browsers permit sound only over https or on localhost. Open this page at such an address.";
+const INSECURE = "Sound needs https or localhost. Open this page at such an address.";
 const LACKING = "This browser lacks what the sound needs. Update it, or use another one.";
 const FORBIDDEN = "The browser does not permit sound here. Permit it in the settings of the browser, then try again.";
 const WRONG_RATE = "This browser cannot play that sample rate. Set 48 kHz, or download the WAV.";
