@@ -20,8 +20,8 @@ import("./page/main.js")
     else if (problem.name === "ServiceProblem")
       import("./page/status_texts.js").then(
         ({ LOADING_FAILS, pictureStatusOf }) =>
-          tell(LOADING_FAILS[pictureStatusOf(problem.problem)] ?? problem.message),
-        () => tell(problem.message),
+          tell(LOADING_FAILS[pictureStatusOf(problem.problem)] ?? problem.problem.detail ?? NOT_LOADED),
+        () => tell(problem.problem.detail ?? NOT_LOADED),
       );
     else console.error(problem);
   });

@@ -5,6 +5,8 @@ not contain it, and is kept for this tab. HTTP requests send it as `Authorizatio
 subprotocol. A proxy may offer the service under a prefix: every address is relative to this file, `PREFIX/web/service.js`.
 Limits: anyone who can read the storage of the page can read the key. */
 
+import { Explained } from "./explained.js";
+
 const ROOT = new URL("..", import.meta.url);
 const KEY_PLACE = "ridgewave.key";
 const KEY_IN_HASH = /(^#?|&)key=([^&]*)/;
@@ -12,7 +14,7 @@ const SUBPROTOCOLS = ["ridgewave.v2", "ridgewave.v1"]; // versions of the live p
 const KEY_SUBPROTOCOL = "ridgewave.key.";
 
 /** An error response of the service, or no response. problem: its document (RFC 9457). message: a sentence. */
-export class ServiceProblem extends Error {
+export class ServiceProblem extends Explained {
   constructor(problem) {
     super(sentenceOf(problem));
     this.name = "ServiceProblem";
@@ -80,10 +82,14 @@ export function liveUrl() {
   return url.href;
 }
 
-/** Returns a WebSocket to `url` with the subprotocol and, if there is one, the key. */
+/** Returns a WebSocket to `url` with the subprotocol and, if there is one, the key. Throws Explained if the browser opens none. */
 export function openLive(url) {
   const protocols = key === null ? SUBPROTOCOLS : [...SUBPROTOCOLS, KEY_SUBPROTOCOL + base64url(key)];
-  return new WebSocket(url, protocols);
+  try {
+    return new WebSocket(url, protocols);
+  } catch {
+    throw new Explained("This browser opens no stream to the service. Update it, or use another one.");
+  }
 }
 
 /** Sets the key, null for none. It is kept for this tab. */

@@ -2,6 +2,7 @@
 
 Limits: three.js is in vendor/ if the package was built with npm. */
 
+import { explanationOf } from "./explained.js";
 import { loadSwatches, loadThreshold } from "./vr/swatches.js";
 import { DesktopPointer, Viewpoint } from "./vr/desktop_pointer.js";
 import { Fingertips } from "./vr/fingertips.js";
@@ -84,7 +85,7 @@ async function begin() {
     open: (scene, signal) => sound.openFinger(scene, signal),
     onBlock: (hand, finger, samples) => motors.play(hand, finger, samples),
     onLift: (hand) => motors.stop(hand),
-    onProblem: (error) => say(error.message),
+    onProblem: (error) => say(explanationOf(error)),
     onLimited: (reduction) => tellLimited(reduction, fingertips),
   });
   const viewpoint = new Viewpoint();
@@ -106,7 +107,7 @@ async function begin() {
   const parts = { button, why, room, fingertips, motors, panel, begin: () => sound.begin(), say };
   headset = new HeadsetEntry(parts);
   run({ room, fingertips, viewpoint, pointer, keys, panel, swatches });
-  say("");
+  sound.tellSilence();
   part("view").dataset.ready = "true";
 }
 
@@ -232,12 +233,12 @@ function followObject({ room, swatches, keys, refit }) {
       say(`${file.name}: ${added.length} ${added.length === 1 ? "part" : "parts"} can be touched.`);
       refit();
     } catch (error) {
-      say(error.message);
+      say(explanationOf(error, "The object was not added. Export it again as GLB, or reload the page."));
     }
   });
 }
 
 begin().catch((error) => {
   if (error.problem?.status === 401) sendToPad("This service requires a key. ", "Enter it on the pad, then return.");
-  else say(error.message);
+  else say(explanationOf(error));
 });

@@ -6,6 +6,7 @@ finger at rest repeats its contact update, because the watchdog of the service l
 Limits: the sample rate of the scene must be that of the player. Browsers slow down pages in the background; the
 watchdog then lifts the finger. */
 
+import { Explained } from "../explained.js";
 import { LiveConnection } from "../live/connection.js";
 import { StreamScene } from "../live/stream_scene.js";
 import { liveUrl } from "../service.js";
@@ -59,7 +60,7 @@ export class Finger extends EventTarget {
     this.scene = new StreamScene(this.connection, scene, () => this.#scenePending());
   }
 
-  /** Connects; returns the document of `ready`. Throws an Error with `problem` (null: none) if the stream ends before. */
+  /** Connects; returns the document of `ready`. Throws an Explained with `problem` (null: none) if the stream ends before. */
   async open() {
     const { connection } = this;
     connection.addEventListener("ready", ({ detail }) => this.#begin(detail.ready));
@@ -257,7 +258,7 @@ export function whyEnded({ reason, problem }) {
 }
 
 function refusalOf(detail) {
-  return Object.assign(new Error(whyEnded(detail)), { problem: detail.problem ?? null });
+  return Object.assign(new Explained(whyEnded(detail)), { problem: detail.problem ?? null });
 }
 
 function pause(milliseconds) {

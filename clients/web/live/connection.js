@@ -14,6 +14,7 @@ Limits: samples are read in the byte order of the machine, which is little-endia
 upgrade (a wrong key, for example) looks like a break. A connection that never opened is therefore followed by an HTTP
 request, whose answer says why. */
 
+import { explanationOf } from "../explained.js";
 import { openLive } from "../service.js";
 import { SceneChanges } from "./scene_changes.js";
 import { endOf, FULL, isFinal, serviceAnswer } from "./connection_end.js";
@@ -119,7 +120,8 @@ export class LiveConnection extends EventTarget {
     this.#before = [];
     this.#attached = false;
     this.#receivedAt = now();
-    const socket = this.open(this.#opensSession ? this.url : resumeAt(this.url, this.ready.resume_url));
+    const socket = this.#opened(this.#opensSession ? this.url : resumeAt(this.url, this.ready.resume_url));
+    if (!socket) return;
     const current = (work) => (event) => socket === this.#socket && work(event); // ignores events of replaced sockets
     let opened = false;
     this.#socket = socket;
@@ -130,6 +132,17 @@ export class LiveConnection extends EventTarget {
     });
     socket.onmessage = current(({ data }) => this.#receive(data));
     socket.onclose = current(({ code }) => this.#closed(code, opened));
+  }
+
+  /** Returns a socket to `url`; null if the browser opens none, after which the stream is over. */
+  #opened(url) {
+    try {
+      return this.open(url);
+    } catch (error) {
+      this.#problem = { detail: explanationOf(error), errors: [] };
+      queueMicrotask(() => this.#finish("refused")); // after `start`, as with a refusal of the service
+      return null;
+    }
   }
 
   #hello() {

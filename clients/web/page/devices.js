@@ -4,6 +4,7 @@ Model: one switch for the chosen gamepad and, where none vibrates, the phone. It
 keeps what the user chose. Motors play while the first finger touches and the page is shown. */
 
 import { byId, make } from "../dom.js";
+import { explanationOf } from "../explained.js";
 import { orTell } from "./notice.js";
 
 const CHOICE = "ridgewave.vibrate"; // in the storage of the browser: "on" or "off"
@@ -66,7 +67,7 @@ export class Devices {
       await this.session.player?.useOutput(byId("output").value);
       this.#listChannels(this.session.player);
     } catch (error) {
-      this.tell(`The output cannot be used: ${error.message}`);
+      this.tell(explanationOf(error, "This output cannot be used. Choose another one."));
     }
   }
 

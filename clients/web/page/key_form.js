@@ -1,6 +1,7 @@
 /* The form for the key of a service that requires one. The key is tried before the page is reloaded with it. */
 
 import { byId } from "../dom.js";
+import { explanationOf } from "../explained.js";
 import { call, useKey } from "../service.js";
 
 const UNUSUAL = /[^\x21-\x7e]/; // keys of the service have none of these; a browser cannot send most of them
@@ -27,9 +28,10 @@ export function askForKey() {
     useKey(field.value.trim());
     try {
       await call("GET", "/v1/textures");
-    } catch ({ problem, message }) {
+    } catch (error) {
       useKey(null);
-      return refuse(problem?.status === 401 ? "The service does not accept this key. Enter another one." : message);
+      const refused = error.problem?.status === 401;
+      return refuse(refused ? "The service does not accept this key. Enter another one." : explanationOf(error));
     }
     location.reload();
   });

@@ -5,6 +5,7 @@ stays until there are new streams or a new scene. A full scale is fixed for a st
 the same hands. If the scene names a full scale, "Rescale" removes it, so that the automatic one applies. */
 
 import { byId, whileDisabled } from "../dom.js";
+import { explanationOf } from "../explained.js";
 import { withFullScales } from "../scene/merge.js";
 import { showQuantity } from "../scene/units.js";
 import { quantityOf } from "../scene/quantities.js";
@@ -33,7 +34,7 @@ export function wireLimiter({ session, state, tell, onRescaled }) {
     onRescaled();
     tell(`The full scale is now ${asText(scaled)}, in a new stream. The volume is unchanged.`);
   };
-  button.addEventListener("click", () => whileDisabled(button, rescale).catch((error) => tell(error.message)));
+  button.addEventListener("click", () => whileDisabled(button, rescale).catch((error) => tell(explanationOf(error))));
 }
 
 const asText = ({ full_scale: value, quantity }) => showQuantity(value, quantityOf(quantity).unit, 3);

@@ -4,6 +4,7 @@ Model: the SceneState holds the scene. Each change goes to the session, which pl
 when changes stop for a moment. The pad moves the fingers of the session. */
 
 import { byId } from "../dom.js";
+import { explanationOf } from "../explained.js";
 import { Form } from "../form/form.js";
 import { same } from "../scene/merge.js";
 import { PAD_SCENE } from "../scene/start_scene.js";
@@ -129,7 +130,7 @@ function follow({ form, state, session, views, plan, recorder, stale, onFirstPic
     const before = session.player;
     const chosen = another;
     another = false;
-    const renewed = await session.take(state.scene, chosen).catch((error) => tell(error.message));
+    const renewed = await session.take(state.scene, chosen).catch((error) => tell(explanationOf(error)));
     markSound();
     if (!renewed) return;
     recorder.renewed();
@@ -148,12 +149,12 @@ function follow({ form, state, session, views, plan, recorder, stale, onFirstPic
     } catch (error) {
       if (same(scene, state.scene)) stale.set("picture", pictureStatusOf(error.problem));
       if (isTemporary(error.problem)) {
-        if (!away) tell(error.message);
+        if (!away) tell(explanationOf(error));
         away = true;
         if (shown === scene) resting = setTimeout(show, RETRY); // a newer scene is requested anyway
         return;
       }
-      refused(form, { problem: error.problem, sentence: error.message });
+      refused(form, { problem: error.problem, sentence: explanationOf(error) });
     }
   };
   session.addEventListener("state", markSound);

@@ -5,6 +5,7 @@ Model: a recording is a separate stream with one finger. The service stores ever
 Limits: replay is exact to a block of 10 ms, because of the timers of browsers. `ridgewave render` is exact. */
 
 import { byId, whileDisabled } from "../dom.js";
+import { explanationOf } from "../explained.js";
 import { recordingOf } from "../service.js";
 import { saveText } from "./download.js";
 
@@ -106,7 +107,7 @@ export class Recorder {
   }
 
   #guarded(action) {
-    Promise.resolve(action).catch((error) => this.tell(error.message));
+    Promise.resolve(action).catch((error) => this.tell(explanationOf(error)));
   }
 }
 

@@ -1,6 +1,7 @@
 /* Buttons for the whole scene: undo, redo, links, files, opening and closing of all sections. */
 
 import { byId, whileDisabled } from "../dom.js";
+import { explanationOf } from "../explained.js";
 import { BrokenLink, hashOf, sceneIn } from "../scene/link.js";
 import { same } from "../scene/merge.js";
 import { PAD_SCENE } from "../scene/start_scene.js";
@@ -30,7 +31,7 @@ export class SceneActions {
       return scene && this.textures.withAddress(scene);
     } catch (error) {
       if (!(error instanceof BrokenLink)) throw error;
-      this.tell(error.message);
+      this.tell(explanationOf(error));
       return null;
     }
   }
@@ -41,7 +42,9 @@ export class SceneActions {
   }
 
   #on(id, action) {
-    byId(id).addEventListener("click", () => Promise.resolve(action()).catch((error) => this.tell(error.message)));
+    byId(id).addEventListener("click", () =>
+      Promise.resolve(action()).catch((error) => this.tell(explanationOf(error))),
+    );
   }
 
   #note({ scene, settled }) {

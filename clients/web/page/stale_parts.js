@@ -5,6 +5,7 @@ A part that was never current shows nothing, otherwise it shows an earlier scene
 pad shows the picture and plays the sound: it is grey until both are current. */
 
 import { byId, make } from "../dom.js";
+import { whySilent } from "../sound/player.js";
 import { padSentence } from "./status_texts.js";
 
 const GREY = { contact: ["picture", "sound"], waveform: ["sound"], spectrum: ["sound"] };
@@ -23,10 +24,11 @@ export class StaleParts {
     for (const [id, parts] of Object.entries(GREY)) this.#mark(byId(id).closest("figure"), parts);
     this.#mark(document.querySelector(".plan-section"), ["plan"]);
     this.#mark(byId("pad"), ["sound", "picture"], SILENT.includes(this.#status.sound));
-    const note = padSentence({ ...this.#status, shown: this.#shown.has("picture") });
+    const note = padSentence({ ...this.#status, silent: whySilent(), shown: this.#shown.has("picture") });
     const place = byId("pad-note");
     if (place.textContent !== note) place.replaceChildren(make("span", { text: note })); // a new element moves nothing
     place.hidden = !note;
+    byId("pad").toggleAttribute("data-noted", Boolean(note));
   }
 
   /** Greys `place` if one of `parts` is not of the present scene; its title says so (page.css). */

@@ -25,11 +25,13 @@ const NO_PICTURE = {
 };
 
 /** Returns the sentence of the pad, "" for none. sound: `soundStatusOf`. picture: "current", "pending", or one of
- *  `pictureStatusOf`. output: "awake" or "asleep". shown: whether there is a picture, of whatever scene. */
-export function padSentence({ sound, picture, output, shown }) {
+ *  `pictureStatusOf`. output: "awake" or "asleep". silent: why no sound is possible
+ *  (sound/player.js), "" if it is. shown: whether there is a picture, of whatever scene. */
+export function padSentence({ sound, picture, output, silent, shown }) {
   if (picture === "locked") return NO_PICTURE.locked;
   if (sound === "broken") return "There is no connection to the service. This page tries again.";
   if (sound === "full") return "The service has no room for another stream. This page tries again.";
+  if (silent) return silent;
   if (output === "asleep")
     return "The browser keeps this page silent until you click, press a key or lift your finger.";
   if (NO_PICTURE[picture]) return NO_PICTURE[picture];

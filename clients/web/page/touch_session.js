@@ -8,6 +8,7 @@ Limits: at most MOST_FINGERS at once; one in a recording.
 Events: "state" {state}, "player" {player}, "block" {ready, samples, unlimited, finger}, "ready" {ready}, "plan" {plan: of a
 stream}, "problem" {problem, sentence}, "limited" {reduction} in dB. */
 
+import { explanationOf } from "../explained.js";
 import { Finger } from "../hand/finger.js";
 import { changesWhatIsFixed, hasFullScale, same, withField } from "../scene/merge.js";
 import { placed } from "../live/contact_update.js";
@@ -328,7 +329,7 @@ export class TouchSession extends EventTarget {
   }
 
   #refuse(error) {
-    this.#tell("problem", { problem: error.problem ?? null, sentence: error.message });
+    this.#tell("problem", { problem: error.problem ?? null, sentence: explanationOf(error) });
     this.#tell("state", { state: this.state });
   }
 

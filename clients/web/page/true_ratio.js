@@ -4,6 +4,7 @@ Model: the box is checked while the scene states its full scale. To check it wri
 into the scene, to uncheck it removes it; both can be undone. Unchecked, each texture has its automatic full scale. */
 
 import { byId } from "../dom.js";
+import { explanationOf } from "../explained.js";
 import { hasFullScale, withFullScales } from "../scene/merge.js";
 import { quantityOf } from "../scene/quantities.js";
 import { showQuantity } from "../scene/units.js";
@@ -28,7 +29,7 @@ export function wireTrueRatio({ session, state, tell }) {
   box.addEventListener("change", () =>
     choose().catch((error) => {
       show();
-      tell(error.message);
+      tell(explanationOf(error));
     }),
   );
 }

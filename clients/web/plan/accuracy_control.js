@@ -5,6 +5,7 @@ values of that field. `POST /v1/explain` predicts the cost; `POST /v1/accuracy` 
 Limits: timings are those of the service's machine with its present load. */
 
 import { make, whileDisabled } from "../dom.js";
+import { explanationOf } from "../explained.js";
 import { orTell } from "../page/notice.js";
 import { inWords } from "../scene/quantities.js";
 import { bytesInWords, costInWords, shareInWords, words } from "./plan_view.js";
@@ -204,7 +205,8 @@ export class AccuracyControl extends EventTarget {
     this.slider.setAttribute("aria-valuetext", number ? `${shareInWords(tolerance)} of peak-to-peak` : tolerance);
   }
 
-  #refuse({ message: sentence, problem = null }) {
+  #refuse(error) {
+    const [sentence, problem] = [explanationOf(error), error.problem ?? null];
     this.#say(sentence, true);
     this.dispatchEvent(new CustomEvent("refused", { detail: { problem, sentence } }));
   }

@@ -40,7 +40,7 @@ export class Relief {
     try {
       return new Relief(canvas, gl);
     } catch (error) {
-      console.warn(`No relief: ${error.message}`);
+      console.warn("No relief:", error);
       return null;
     }
   }

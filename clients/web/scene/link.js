@@ -2,11 +2,13 @@
 
 Limits: browsers and messengers shorten long links, so longer scenes (with a trajectory, for example) are refused. */
 
+import { Explained } from "../explained.js";
+
 const NAME = "#scene=";
 const LONGEST = 32000; // characters of a link that messengers and browsers keep
 
-/** A link without a readable scene, or a scene too long for a link. The message is a sentence for users. */
-export class BrokenLink extends Error {}
+/** A link without a readable scene, or a scene too long for a link. */
+export class BrokenLink extends Explained {}
 
 /** Returns the hash of a link to `scene`. Throws BrokenLink if it is too long. */
 export function hashOf(scene) {

@@ -9,6 +9,7 @@ gesture: the press of a mouse button or a key, or the lift (not the touch) of a 
 Limits: samples wait while the player is asleep. Only some browsers can choose the output device (`canChooseOutput`).
 Delays beyond the browser's `outputLatency` (Bluetooth, an amplifier) are unknown. */
 
+import { Explained } from "../explained.js";
 import { QueueDepth } from "./queue_depth.js";
 import { glide, Source } from "./source.js";
 import { Tap } from "./tap.js";
@@ -20,6 +21,24 @@ const LOUDEST = 0.3; // of the device: largest sample of a raised sound; three t
 const CURVE_POINTS = 4097; // of the curve that bends it
 const FIRST_VOLUME = 0.1; // first volume: a vibration for an actuator is loud in headphones
 
+const INSECURE = "Sound needs https or localhost. Open this page at such an address.";
+const LACKING = "This browser lacks what the sound needs. Update it, or use another one.";
+const FORBIDDEN = "The browser does not permit sound here. Permit it in the settings of the browser, then try again.";
+const WRONG_RATE = "This browser cannot play that sample rate. Set 48 kHz, or download the WAV.";
+const WHY = {
+  NotAllowedError: FORBIDDEN,
+  NotSupportedError: WRONG_RATE,
+  RangeError: WRONG_RATE,
+  TypeError: WRONG_RATE,
+};
+
+/** Returns why no sound is possible at all on this page, a sentence; "" if it is. Browsers have an AudioWorklet only where
+ *  the page is secure. */
+export function whySilent() {
+  if (!window.isSecureContext) return INSECURE;
+  return "AudioContext" in window && "AudioWorkletNode" in window ? "" : LACKING;
+}
+
 /** The output. Event "awake": `awake` may have changed. */
 export class Player extends EventTarget {
   #sources = new Set();
@@ -29,14 +48,16 @@ export class Player extends EventTarget {
   /** The QueueDepth of all sources. */
   depth;
 
-  /** Returns a new player. sampleRate: Hz, that of the scene. latencyHint: that of AudioContext. */
+  /** Returns a new player; throws Explained if the browser cannot play. sampleRate: Hz, that of the scene. latencyHint: that of AudioContext. */
   static async open({ sampleRate = 48000, latencyHint = "interactive" } = {}) {
+    const why = whySilent();
+    if (why) throw new Explained(why);
     setAudioSession("playback");
     const context = contextOf(sampleRate, latencyHint);
     try {
       context.resume().catch(() => {}); // if this gesture does not permit sound, a later one will
       await context.audioWorklet.addModule(new URL("./ring_buffer.js", import.meta.url)).catch(() => {
-        throw new Error("The sound did not load. Check that the service is running, then press Touch again.");
+        throw new Explained("The sound did not load. Check that the service is running, then press Touch again.");
       });
     } catch (error) {
       await context.close();
@@ -133,7 +154,7 @@ export class Player extends EventTarget {
   /** Plays on the device of that id, "" for the default. Throws if the browser cannot. */
   async useOutput(id) {
     if (!this.canChooseOutput)
-      throw new Error("This browser cannot choose an output: choose it in the system settings.");
+      throw new Explained("This browser cannot choose an output. Choose it in the system settings.");
     await this.context.setSinkId(id);
     this.#route();
   }
@@ -201,8 +222,8 @@ function contextOf(sampleRate, latencyHint) {
   try {
     return new AudioContext({ sampleRate, latencyHint });
   } catch (error) {
-    if (!["NotSupportedError", "RangeError", "TypeError"].includes(error.name)) throw error;
-    throw new Error("This browser cannot play that sample rate. Set 48 kHz, or download the WAV.");
+    if (error.name in WHY) throw new Explained(WHY[error.name]);
+    throw error;
   }
 }
 

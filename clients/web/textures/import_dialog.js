@@ -6,6 +6,7 @@ checks the name. Only the answer to the newest request is shown.
 Limits: the file is sent again at each change. */
 
 import { byId, make } from "../dom.js";
+import { explanationOf } from "../explained.js";
 import { call } from "../service.js";
 import { reportList, summaryOf } from "./import_report.js";
 
@@ -202,7 +203,7 @@ export class ImportDialog {
       }
     }
     if (!error) return;
-    if (!faults.length) others.push(error.message);
+    if (!faults.length) others.push(explanationOf(error));
     this.#status.textContent = others.join(" ") || "Some values are missing or wrong.";
     this.#result.replaceChildren();
   }

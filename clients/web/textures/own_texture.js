@@ -1,6 +1,7 @@
 /* The measured values of an imported texture, and the controls that rename and delete it. */
 
 import { make } from "../dom.js";
+import { explanationOf } from "../explained.js";
 import { reportList } from "./import_report.js";
 
 export class OwnTexture {
@@ -35,9 +36,9 @@ export class OwnTexture {
     try {
       await this.textures.rename(before, after);
       this.tell(`${before} is now called ${after}.`);
-    } catch ({ problem, message }) {
-      const [fault] = problem?.errors ?? [];
-      this.#refuse(fault ? `Allowed: ${fault.allowed}. ${fault.hint}` : message);
+    } catch (error) {
+      const [fault] = error.problem?.errors ?? [];
+      this.#refuse(fault ? `Allowed: ${fault.allowed}. ${fault.hint}` : explanationOf(error));
     }
   }
 
@@ -48,8 +49,8 @@ export class OwnTexture {
       await this.textures.remove(name);
       this.onDeleted();
       this.tell(`${name} is deleted.`);
-    } catch ({ message }) {
-      this.#refuse(message);
+    } catch (error) {
+      this.#refuse(explanationOf(error));
     }
   }
 

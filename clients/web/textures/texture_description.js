@@ -1,6 +1,7 @@
 /* What the page says of the chosen texture. */
 
 import { make } from "../dom.js";
+import { explanationOf } from "../explained.js";
 import { orTell } from "../page/notice.js";
 import { call, callBinary } from "../service.js";
 
@@ -49,11 +50,12 @@ export class TextureDescription {
   }
 
   async #showNumbers(entry) {
+    if (!entry) return;
     let shown;
     try {
       shown = entry.stored ? await this.#ownOf(entry) : await sourcesOf(entry);
-    } catch ({ message }) {
-      shown = message;
+    } catch (error) {
+      shown = explanationOf(error);
     }
     if (entry !== this.#entry) return;
     const focused = this.#numbers.contains(document.activeElement); // after a rename

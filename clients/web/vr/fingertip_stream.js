@@ -5,6 +5,7 @@ silent until the swatch is touched. Its full scale is the automatic one of the t
 closed when no swatch was near for IDLE.
 Limits: a touch before the stream is ready is heard from that moment on. */
 
+import { Explained } from "../explained.js";
 import { placed } from "../live/contact_update.js";
 import { neededFullScale } from "../live/stream_scene.js";
 
@@ -123,7 +124,7 @@ export class FingertipStream {
   }
 
   #fail(finger, { problem, reason }) {
-    if (problem) this.onProblem(new Error(problem.detail ?? problem.title));
+    if (problem) this.onProblem(new Explained(problem.detail ?? problem.title));
     if (reason && this.finger === finger) {
       this.touching = false;
       this.close();

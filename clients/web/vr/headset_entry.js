@@ -3,8 +3,11 @@
 Model: the table is placed before the person at the first pose, and again when the headset resets its origin. A
 controller's "select" presses the button of the panel at which its ray points. */
 
+import { explanationOf } from "../explained.js";
 import { enter, whyNoHeadset } from "./headset_session.js";
 import { placeBefore, readTips } from "./tracked_fingertips.js";
+
+const NOT_STARTED = "The headset did not start. Permit VR for this page, check the headset, then press Enter VR again.";
 
 export class HeadsetEntry {
   /** What runs: {tips(frame): the fingertips in a frame, end(): ends the session}; null without a headset. */
@@ -36,7 +39,7 @@ export class HeadsetEntry {
       this.session = this.#follow(session, floor);
       button.textContent = "Leave VR";
     } catch (error) {
-      this.say(`The headset session did not start: ${error.message}`);
+      this.say(explanationOf(error, NOT_STARTED));
     }
     button.disabled = false;
   }

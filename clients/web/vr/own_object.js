@@ -5,6 +5,7 @@ box lies seen from above. Its position begins at the left end of that box. Other
 point of the object lies in the plane of the swatches.
 Limits: for the finger all parts are flat and in that plane, whatever is drawn; objects up to LARGEST. */
 
+import { Explained } from "../explained.js";
 import { START_SCENE } from "../scene/start_scene.js";
 import { call } from "../service.js";
 import { readGltf } from "./gltf.js";
@@ -20,13 +21,13 @@ export async function addObject(room, swatches, file) {
   const parts = readGltf(three, await file.arrayBuffer());
   const { textures } = await call("GET", "/v1/textures");
   const known = new Map(textures.map((entry) => [entry.name, entry]));
-  if (!parts.some(({ name }) => known.has(name))) throw new Error(sentenceOf(parts));
+  if (!parts.some(({ name }) => known.has(name))) throw new Explained(sentenceOf(parts));
   const whole = new three.Box3();
   for (const { geometry } of parts) whole.union(boxOf(geometry));
   const size = whole.getSize(new three.Vector3());
   const most = Math.max(size.x, size.z);
   if (!(most <= LARGEST))
-    throw new Error(
+    throw new Explained(
       `The object is ${most.toPrecision(2)} m long. Scale it to at most ${LARGEST} m; glTF is in metres.`,
     );
   const shift = [layout.width / 2 + APART - whole.min.x, -whole.max.y, -(whole.min.z + whole.max.z) / 2];
@@ -41,7 +42,8 @@ export async function addObject(room, swatches, file) {
       ? [{ name, mesh: meshes[index], place }]
       : [];
   });
-  if (!touchable.length) throw new Error(`No named part is at least ${1e3 * SMALLEST} mm long and wide. Scale it up.`);
+  if (!touchable.length)
+    throw new Explained(`No named part is at least ${1e3 * SMALLEST} mm long and wide. Scale it up.`);
   const added = touchable.map(({ name }) => swatchOf(known.get(name), file.name));
   swatches.push(...added);
   room.addObject(meshes, touchable, shift[0] + whole.max.x);

@@ -2,8 +2,9 @@
 
 Limits: browsers permit sound only after a click or key press. */
 
+import { explanationOf } from "../explained.js";
 import { Finger } from "../hand/finger.js";
-import { Player } from "../sound/player.js";
+import { Player, whySilent } from "../sound/player.js";
 
 const RATE = 48000; // Hz, default of a scene
 const ASLEEP = "The browser keeps this page silent until you click, press a key or lift your finger.";
@@ -42,6 +43,11 @@ export class TableSound {
     this.#apply();
   }
 
+  /** Says why the page cannot sound, or nothing if it can. */
+  tellSilence() {
+    this.status.say(whySilent());
+  }
+
   /** Opens the player once. Must be called in a user gesture. */
   begin() {
     this.#opening ??= Player.open({ sampleRate: RATE, latencyHint: "interactive" }).then(
@@ -54,7 +60,7 @@ export class TableSound {
       },
       (error) => {
         this.#opening = null;
-        this.status.say(`The sound could not start: ${error.message}`);
+        this.status.say(explanationOf(error));
         return null;
       },
     );

@@ -59,15 +59,18 @@ def driving() -> Iterator[Playwright]:
 
 
 @contextmanager
-def headless(playwright: Playwright, *, webgl: bool = False, waits_for_a_gesture: bool = False) -> Iterator[Browser]:
+def headless(
+    playwright: Playwright, *further: str, webgl: bool = False, waits_for_a_gesture: bool = False
+) -> Iterator[Browser]:
     """Yield Chromium; skip the test where it is missing (in CI: fail).
 
+    further: flags of the browser.
     webgl: the pad is a relief, and `/vr` has its table; without it the pad is drawn on its canvas.
     waits_for_a_gesture: no page may sound before one, as with people.
     """
     path = chromium_path()
     usual = [flag for flag in FLAGS if not (waits_for_a_gesture and flag == SOUNDS)]
-    flags = [*usual, *(WEBGL if webgl else NO_WEBGL)]
+    flags = [*usual, *(WEBGL if webgl else NO_WEBGL), *further]
     browser = playwright.chromium.launch(executable_path=path, headless=True, args=flags, timeout=WAIT)
     try:
         yield browser

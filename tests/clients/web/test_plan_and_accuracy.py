@@ -111,7 +111,7 @@ def test_the_errors_under_a_hand_stand_beside_those_of_the_set_speed(plain: Page
 
 def test_a_refusal_is_told_in_its_own_sentence(pictures: Page) -> None:
     pictures.evaluate(
-        """() => { views.answers["/v1/accuracy"] = new Error("A measurement runs: try again in 20 s."); }"""
+        """() => { views.answers["/v1/accuracy"] = new views.Explained("A measurement runs: try again in 20 s."); }"""
     )
     pictures.get_by_role("button", name="Measure all methods").click()
     pictures.wait_for_function("() => document.querySelector('[role=status]').textContent.startsWith('A measure')")
@@ -132,12 +132,12 @@ def test_an_answer_that_was_overtaken_counts_no_more(plain: Page) -> None:
           };
           const late = [];
           ask(1, new Promise((answer) => late.push(() => answer(plan))));
-          ask(2, new Promise((_, refuse) => late.push(() => refuse(new Error("That scene is refused.")))));
+          ask(2, new Promise((_, refuse) => late.push(() => refuse(new views.Explained("That scene is refused.")))));
           ask(3, plan);
           await asking[2];
           for (const come of late) come();
           await Promise.all(asking);
-          ask(4, new Error("This scene is refused."));
+          ask(4, new views.Explained("This scene is refused."));
           await asking[3];
           return told;
         }""",

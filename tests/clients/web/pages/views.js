@@ -1,5 +1,6 @@
 /* The pictures, each in its place, and a few tools of the tests. */
 
+import { Explained } from "/web/explained.js";
 import * as axes from "/web/views/axes.js";
 import * as quantities from "/web/scene/quantities.js";
 import * as transform from "/web/views/fourier_transform.js";
@@ -53,6 +54,7 @@ window.views = {
   ContactSideView,
   PlanView,
   AccuracyControl,
+  Explained,
   surface: new TextureTopView(place("surface")),
   waveform: new Waveform(place("waveform")),
   spectrum: new Spectrum(place("spectrum")),
