@@ -22,6 +22,7 @@ from synth.arrays import Array, Block
 from synth.effects.effect import AddedChannel, Passage
 from synth.effects.simulation.running import Signal
 from synth.plan.channels import PEAK, ROUNDING, STILL, ChannelPlan, spendable
+from synth.plan.motion_peak import steady_peak
 from synth.plan.preparation import Preparation
 from synth.response.demand import Complex, Demand, curves, points_for
 from synth.response.series_curve import SMALLEST, SeriesCurve
@@ -99,7 +100,7 @@ class PropagatedStage:
         elif not filtered:
             steady, error = _steady(solved, read, way, ratio, cache)
             method = steady.name
-        scale = full_scale or _scale(solved, column, before, after)
+        scale = full_scale or _scale(solved, column, before, after, steady)
         channel = AddedChannel(quantity, scale, extent, error + ROUNDING, method)
         return cls(solved, column, way, made, steady, full_scale is not None, channel)
 
@@ -223,12 +224,17 @@ def _ratio(before: Array, after: Array) -> float:
     return float(np.ptp(before)) / extent if extent > 0.0 else 0.0
 
 
-def _scale(solved: Preparation, column: int, before: Array, after: Array) -> float:
-    """Return the automatic full scale, SI: that of the channel `column` times the part of its peak left at the place.
+def _scale(solved: Preparation, column: int, before: Array, after: Array, steady: SeriesCurve | None) -> float:
+    """Return the automatic full scale, SI: of the frames of a constant scan in a file, as that of z is.
+
+    Otherwise it is that of the channel `column`, times the part of its peak that is left at the place.
 
     before, after: the steady scan at the contact and at the place, SI.
+    steady: reader of a constant scan, SI.
     """
     peak, own = float(np.max(np.abs(before))), float(np.max(np.abs(after)))
-    if solved.scene.output.channel_list[column].full_scale is None and peak > STILL:
+    if steady is not None and not solved.live:
+        own = steady_peak(steady, 0.0, solved.scene)
+    elif solved.scene.output.channel_list[column].full_scale is None and peak > STILL:
         return solved.channels[column].full_scale * own / peak
     return own / PEAK if own > STILL else 1.0

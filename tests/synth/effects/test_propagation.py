@@ -223,6 +223,18 @@ def test_the_steady_peak_is_four_fifths_of_full_scale_or_of_what_is_asked() -> N
     assert open_voice(scene({"full_scale": 7.0}), cache=CACHE).full_scale[1] == 7.0
 
 
+@pytest.mark.parametrize("place", ["nail", "wrist"])
+@pytest.mark.parametrize("phase", [0.0, 1.5])
+def test_a_constant_scan_shorter_than_a_period_is_as_loud_as_its_own_frames(place: str, phase: float) -> None:
+    document = {
+        "texture": {"kind": "grating", "period": "20 mm", "height": "200 um", "ramp": "0.3 mm", "phase": phase},
+        "effects": {"propagation": {"place": place}},
+        "output": {"sample_rate": 8000, "duration": 0.06},
+    }
+    voice = open_voice(parse_scene(document))
+    assert np.max(np.abs(voice.render(480)), axis=0) == pytest.approx([0.8, 0.8], rel=1e-5)
+
+
 def test_the_quantity_is_chosen_among_the_channels() -> None:
     channels = {"channels": ["approach", "velocity", "acceleration"], "quantity": None}
     first = open_voice(scene(output=channels), cache=CACHE)
