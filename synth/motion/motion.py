@@ -9,6 +9,7 @@ Limits  Where a motion has no derivatives, they are differences from the precedi
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from operator import index
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -114,8 +115,10 @@ class Motion:
         pulls: whether loads below 0 are kept, for a voice with adhesion. Otherwise they become 0.
 
         Raises ValueError where both speed and position are missing, across is given without position, or a value is not
-        a finite number or one per frame.
+        a finite number or one per frame; TypeError where `frames` is no whole number.
         """
+        if (frames := index(frames)) < 0:
+            raise ValueError(f"frames: got {frames}; give 0 or more")
         if speed is None and position is None:
             raise ValueError("a motion needs speed=... (m/s) or position=... (m), a number or one value per frame")
         complete = all(given is not None for given in (speed, speed_rate, load_rate, load_bend))
@@ -124,7 +127,9 @@ class Motion:
         places, path = NOWHERE if position is None else _per_frame("position", position, frames), NO_PATH
         if across is not None or direction is not None:
             if position is None:
-                raise ValueError("a motion over an area needs position=... (m) beside across=... (m)")
+                raise ValueError(
+                    "a motion over an area needs position=... (m) beside across=... (m) or direction=... (rad)"
+                )
             path = np.stack([_per_frame("across", across, frames), _per_frame("direction", direction, frames)])
         samples[LOAD] = np.clip(samples[LOAD], -LARGEST_LOAD if pulls else 0.0, LARGEST_LOAD)
         return cls(samples, places, path, complete)
@@ -133,10 +138,11 @@ class Motion:
 def _per_frame(name: str, values: Any, frames: int) -> Array:
     """Return `values` as float64 [frames]; None: 0. Raise ValueError if they are no number, or not one per frame."""
     try:
-        found = np.array(np.broadcast_to(0.0 if values is None else values, frames), dtype=float)
-    except (TypeError, ValueError):
+        given = np.asarray(0.0 if values is None else values)
+        found = np.array(np.broadcast_to(given, frames), dtype=float) if given.dtype.kind in "iuf" else None
+    except ValueError:
         found = None
-    if found is None or not np.isfinite(found).all():
+    if found is None or np.ma.is_masked(values) or not np.isfinite(found).all():
         raise ValueError(f"{name}: give a finite number in SI units, or {frames}, one per frame")
     return found
 

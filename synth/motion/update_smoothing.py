@@ -40,7 +40,7 @@ LEAP_SPEED = 1.5  # m/s, largest unexpected speed; more: jumps are heard as a sw
 LEAST_LEAP = 0.01  # s; at any update rate, a jump is at least LEAP_SPEED times this
 CATCH_UP = 0.4  # speed of catching up after a glide, over that of the hand: the acceleration grows with the square, to
 # twice its own; more: a gap in the updates ends in a jolt; less: gaps of a few ms beyond the horizon are faded
-LEAST_CATCH_UP = 0.02  # m/s, at any speed of the hand: as a slow stroke; less: hands that stop begin again by a fade
+LEAST_CATCH_UP = 5e-3  # m/s, at any speed of the hand: slower is not felt; less: rounded positions count as jumps
 OF_JOINING = 2.0 * math.exp(-2.0)  # largest speed by which `join` takes back an error, over the error times the decay
 
 UNKNOWN, BY_POSITION, BY_SPEED = 0.0, 1.0, 2.0

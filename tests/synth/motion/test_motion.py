@@ -193,8 +193,26 @@ def test_a_motion_without_speed_or_position_is_refused() -> None:
 
 @pytest.mark.parametrize(
     ("name", "given"),
-    [("position", np.zeros(10)), ("speed", math.nan), ("load", "light"), ("load", [0.3, 0.3]), ("across", math.inf)],
+    [
+        ("position", np.zeros(10)),
+        ("speed", math.nan),
+        ("load", "0.3"),
+        ("load", [0.3, 0.3]),
+        ("across", math.inf),
+        ("load", np.ma.array(np.full(480, 0.3), mask=np.arange(480) == 2)),
+        ("speed", 0.08 + 1j),
+        ("direction", 10**400),
+    ],
 )
 def test_a_value_that_is_no_number_or_not_one_per_frame_is_named(name: str, given: Any) -> None:
     with pytest.raises(ValueError, match=f"^{name}: give a finite number in SI units, or 480, one per frame"):
         Motion.of(480, **({"position": 0.0, "load": 0.3} | {name: given}))
+
+
+def test_the_number_of_frames_is_whole_and_not_negative() -> None:
+    frames: Any
+    for frames, error in ((4.0, TypeError), ("4", TypeError), (None, TypeError), (-1, ValueError)):
+        with pytest.raises(error):
+            Motion.of(frames, speed=0.08, load=0.3)
+    frames = np.int64(4)
+    assert Motion.of(frames, speed=0.08, load=0.3).frames == 4

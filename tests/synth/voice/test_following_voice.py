@@ -108,7 +108,7 @@ def test_a_jump_is_told_and_its_cross_fade_makes_no_step(voice: Voice, kept: dic
 
 
 @pytest.mark.parametrize("held", ["lost", "all at once", "in two parts"])
-@pytest.mark.parametrize(("late", "speed"), paired([6, 7, 9, 12, 16, 20, 26, 33], [0.03, SPEED]))
+@pytest.mark.parametrize(("late", "speed"), paired([6, 7, 9, 12, 16, 20, 26, 33], [0.01, 0.03, SPEED]))
 def test_a_gap_in_the_updates_ends_without_a_jolt(late: int, speed: float, held: str) -> None:
     """The finger glides to a stop in the gap, and is then behind the hand: it does not sweep to the hand's place.
 
@@ -131,6 +131,7 @@ def test_a_gap_in_the_updates_ends_without_a_jolt(late: int, speed: float, held:
             voice.lift()  # the watchdog of a service
         parts.append(voice.render(BLOCK)[:, 0])
     usual, after = np.concatenate(parts[30:60]), np.concatenate(parts[60:])
-    most = 2.5 if late < 25 else 4.5  # a landing passes light loads, under which the texture is louder
+    most = 2.5 if speed > 0.01 else 3.5  # a slow hand is caught up by the least speed, half of its own
+    most = most if late < 25 else 4.5  # a landing passes light loads, under which the texture is louder
     assert np.abs(after).max() <= most * np.abs(usual).max()
     assert np.abs(np.concatenate(parts[-10:])).max() == pytest.approx(np.abs(usual).max(), rel=0.15)
