@@ -4,6 +4,7 @@ Stage   SURFACES, from files.
 Model   In lists of x and height, and of x, y and height, a point has its coordinates one step before those of the first
         two points that are read, or the same words follow the coordinates in the two last lines of the header. Of a
         line of a grid at least half are numbers, and it is no corner with the x of the columns.
+        In a list of heights it begins with a decimal fraction, and is no date.
 Limits  A header whose last line is like that is refused: a few numbers too many are better than a point that is lost.
         Not told: one point alone at unequal steps, a line of a grid with more words than numbers, and a short one.
 """
@@ -11,21 +12,26 @@ Limits  A header whose last line is like that is refused: a few numbers too many
 from __future__ import annotations
 
 import csv
+import re
 
 from synth.surfaces.readers.number_forms import Form, NotANumber
 from synth.surfaces.readers.surface_file import refuse_file
 
 LONGEST_HEADER = 1000  # characters of a line of the header that are looked at
 MOST_COLUMNS_OF_POINTS = 3  # x, y and height
+HEIGHT = re.compile(r"\s*[+-]?[0-9]*[.,][0-9]")
+DATE = re.compile(r"\s*[0-9]{1,4}[.,][0-9]{1,2}[.,](?:[0-9]{2}|[0-9]{4})(?![0-9])")
 WITHIN = 0.5  # of a step: permitted distance from the place before the first points
 
 
 def check_last(header: list[str], sample: list[str], form: Form) -> None:
     """Refuse a header whose last line is a point. sample: the first lines of the numbers, in `form`."""
     columns = len(_numbers(form, sample[0]))
-    if not header or columns < 2:
+    if not header or not columns:
         return
-    if columns > MOST_COLUMNS_OF_POINTS:
+    if columns == 1:
+        is_point = bool(HEIGHT.match(header[-1])) and not DATE.match(header[-1])
+    elif columns > MOST_COLUMNS_OF_POINTS:
         is_point = _is_line_of_grid(form, header[-1], columns)
     else:
         is_point = _is_next(form, [header[-1], *sample[:2]], columns - 1) or _are_alike(form, header[-2:], columns - 1)

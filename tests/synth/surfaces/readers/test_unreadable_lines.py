@@ -106,3 +106,16 @@ def test_of_random_files_every_point_is_read_or_the_file_is_refused(tmp_path: Pa
         assert found.heights.size == len(heights)
         read += 1
     assert read > 100
+
+
+@pytest.mark.parametrize("line", ["0.69x2", "0.6 12 ", "0.6.912", "0.6912 um", "-.5?"])
+def test_a_first_height_that_cannot_be_read_is_refused(tmp_path: Path, line: str) -> None:
+    with pytest.raises(InvalidRequest, match=r"just above the first line of numbers"):
+        contents(tmp_path, f"TAYLOR HOBSON\nUnits: um\n{line}\n" + "1.2\n1.3\n1.25\n1.1\n" * 8)
+
+
+@pytest.mark.parametrize(
+    "above", ["05.01.2026", "5,1,26", "12:30", "40 points", "Spacing 0.01 mm", "2026-01-05", ".--"]
+)
+def test_a_line_above_a_list_of_heights_that_is_no_height_is_header(tmp_path: Path, above: str) -> None:
+    assert contents(tmp_path, f"Profile\n{above}\n" + "1.2\n1.3\n1.25\n1.1\n" * 8).heights.size == 32
