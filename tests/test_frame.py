@@ -77,7 +77,8 @@ def test_what_is_imported_is_required() -> None:
     figures = ("accuracy_report/figure.py", "compare_figure.py", "figure_look.py")
     drawing = {ROOT / "clients" / name for name in figures} | {ROOT / "synth" / "encode" / "sound.py"}
     drawing |= set((ROOT / "clients" / "study_figures").glob("*.py"))
-    reading = {ROOT / "synth" / "surfaces" / "readers" / "topography_package.py"}
+    readers = ROOT / "synth" / "surfaces" / "readers"
+    reading = {readers / "topography_package.py", readers / "array_files.py"}
     extras = PROJECT["optional-dependencies"]
     labelling = {ROOT / "synth" / "encode" / "sound_views.py"}
     studying = drawing | {ROOT / "ridgewave" / "studies.py", *(ROOT / "synth" / "study").glob("*.py")}
