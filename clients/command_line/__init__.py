@@ -13,15 +13,12 @@ from clients.command_line.exit_codes import carry_out, discard_unread_output
 from clients.command_line.parser import parse
 from clients.command_line.printing import open_closed_streams, print_every_character
 
-NEW_OBJECTS = 50_000  # between collections: at the usual 700 they take a tenth of a short command, and find nothing
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit code (see `exit_codes`).
 
     arguments: the words after the program's name; None: those of this process.
     """
-    gc.set_threshold(NEW_OBJECTS)
     open_closed_streams()
     print_every_character()
     try:
@@ -34,7 +31,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     def command() -> int:
         use_one_thread()
-        code: int = import_module(parsed.command_module).run(parsed)
+        gc.disable()  # while modules are loaded, whose objects stay: to look through them takes a tenth of a render
+        try:
+            run = import_module(parsed.command_module).run
+        finally:
+            gc.freeze()
+            gc.enable()
+        code: int = run(parsed)
         return code
 
     return carry_out(command, as_json=parsed.json)

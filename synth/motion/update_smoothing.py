@@ -45,10 +45,8 @@ OF_JOINING = 2.0 * math.exp(-2.0)  # largest speed by which `join` takes back an
 
 UNKNOWN, BY_POSITION, BY_SPEED = 0.0, 1.0, 2.0
 FRAME, MODE, UNTIL, ASKED, FOUND = range(5)
-"""Entries of a hand: next frame, kind of updates, frame at which it glides to a stop, requested load (N), and the next
-frame at the first update after a glide, of which more may come at once.
-
-Where the frame of the glide is before the next frame, the glide has begun.
+"""Entries of a hand: next frame, kind of updates, frame at which it glides to a stop, requested load (N), and the frame
+of the last update that came after a glide: others may come with it. The glide has begun where UNTIL is before FRAME.
 """
 OF_PLACE = 5
 OF_LOAD = OF_PLACE + CURVE

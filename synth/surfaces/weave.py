@@ -149,7 +149,7 @@ def _crown(places: Array, width: float) -> Pair:
 
 
 def _fall(places: Array) -> Pair:
-    """Return the rise of a thread, 1 to 0, and its slope, at `places` from the top of a crossing towards its foot."""
+    """Return the height of a thread along it, 1 to 0, and its slope, at `places` from where it is on top."""
     return 0.5 + 0.5 * np.cos(math.pi * places), -0.5 * math.pi * np.sin(math.pi * places)
 
 
@@ -208,7 +208,7 @@ def _rises(up: Flags, places: Array) -> Array:
     up: whether it is on top of each crossing [crossings, threads].
     """
     before = np.floor(places)
-    share = (0.5 - 0.5 * np.cos(math.pi * (places - before)))[:, np.newaxis]
+    share = 1.0 - _fall(places - before)[0][:, np.newaxis]
     first = before.astype(np.int64) % len(up)
     return np.asarray((1.0 - share) * up[first] + share * up[(first + 1) % len(up)])
 
