@@ -19,8 +19,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.plan.motion_peak import steady_peak
-from synth.plan.request import Request, harmonics_in_band
-from synth.plan.silence import RESTS, beyond_band
+from synth.plan.request import RESTS, Request, beyond_band, harmonics_in_band
 from synth.response.demand import Complex, curves, points_for
 from synth.response.lift_gate import gate
 from synth.response.reading_filter import ORDERS

@@ -9,7 +9,9 @@ Model   The rule: a voice reads its table where the table holds every harmonic t
         Error: the folded error of a swing (`swing`) at the lightest, the scan's and the heaviest usual load. The errors
         of the filter and of the solver's segments or cells are added. Over an area the usual rate is halved if the
         folded error stays within FOLDED.
-Source  design, sections 1 and 8.
+        Over an area solutions of a turned finger may take MOST_TURNED. If they would take more, the cells are enlarged,
+        up to the last factor of COARSER. Along a line the columns of a fingertip are, by COARSER_ON_LINE.
+Source  design, sections 1 and 8. Predicted times are those of `frame_plan`.
 Limits  The error is that of one swing, at one place for each load. If an effect reads a table of its own, over a
         period, the contact keeps its table too, so that all channels have one delay.
 """
@@ -17,6 +19,7 @@ Limits  The error is that of one swing, at one place for each load. If an effect
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from time import thread_time
 from typing import Any
 
@@ -24,12 +27,13 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
+from synth.contact.scene_contact import contact_of
 from synth.effects.effect import Kind
 from synth.kept_files import FileForm, json_form
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effect_choice import outputs_of
-from synth.plan.live_work import LEFT_OF_CHANGE, least_solutions, predicted_work
+from synth.plan.frame_plan import solution_nanoseconds
 from synth.plan.request import HAND_LOADS, HAND_SPEEDS, Request, harmonics_in_band
 from synth.plan.scene_table import band_of, bounds_for, entry_of
 from synth.plan.swing import FOLD_POWER, Swing, changed_by, changes_to, folded_errors, turning_errors
@@ -39,6 +43,7 @@ from synth.response_cache import ResponseCache
 from synth.sampling.band_filter import SOLUTIONS, band_filter
 from synth.scene.scene import Scene
 from synth.surfaces import profile_of
+from synth.surfaces.profile import Profile
 
 FOLDED = 0.01  # of the peak-to-peak: largest folded error with fewer solutions
 MOST_WORK = 0.22  # predicted s of processor time per second; more would leave no room for other hands
@@ -47,6 +52,14 @@ AREA_MEAN_TOLERANCE = 2.0  # for fingertips, areas and long surfaces: 0.2 %, bel
 PLACES, MEANS = 128, 9  # places, and least number of loads, of the mean: a fingertip takes 30 us per place and load
 PATH_SLOPE = 0.618033988749895  # slope of the path on which the rate of solutions is judged: along no row of points
 TURNED = 0.03  # s, length of the swing on which the error of a finger that turns is measured
+LEFT_OF_CHANGE = 0.7  # error of cells over the change by cells twice as large: up to 0.57 in 20 random scenes of dots
+FEWER = 0.5  # factor on the usual number of solutions over an area, where z is smoother, if FOLDED permits it
+COARSER = (1.0, 1.5, 2.0, 3.0)  # factors on the size of the cells of an area
+MOST_TURNED = 0.16  # predicted s per second for a finger turned over an area, at 1.8 N; at 0.3 N it takes half of it
+# Factors on the distances of a fingertip's columns, and the predicted s per second up to which each is taken. At 3 a
+# smooth texture may have noise as loud as itself.
+COARSER_ON_LINE = ((1.0, 0.1), (2.0, 0.22))
+SPREAD_FORM = json_form(float, float)
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,3 +235,39 @@ def _filtered(
         if enough or filters[0].stride == 1:
             return finer, steps, tuple(errors.tolist())
         finer *= 2.0
+
+
+def predicted_work(scene: Scene, contact: Contact) -> float:
+    """Return the predicted processor time (s) of a second of a voice that solves `contact` along its motion."""
+    rate = min(least_solutions(contact) * SOLUTIONS * band_of(scene), scene.output.sample_rate)
+    return 1e-9 * solution_nanoseconds(contact) * rate
+
+
+def least_solutions(contact: Contact) -> float:
+    """Return the least factor on the usual number of solutions."""
+    return FEWER if contact.geometry.over_area else 1.0
+
+
+def affordable(scene: Scene, cache: ResponseCache, profile: Profile | None = None) -> Contact:
+    """Return the contact of `scene` at the least distances that can be solved in real time.
+
+    Over an area solutions may take MOST_TURNED, and the work falls with the square of the distances. Along a line it
+    falls with the distances.
+
+    profile: as of `contact_of`.
+    """
+    fine = contact_of(scene, profile)
+    over = fine.geometry.over_area
+    limits = [(one, one * most) for one, most in COARSER_ON_LINE]
+    if over:
+        limits = [(one, MOST_TURNED * one**2) for one in COARSER]
+
+    def chosen() -> float:
+        """Return the least factor on the usual distances."""
+        work = predicted_work(scene, fine)
+        return next((one for one, most in limits if work <= most), limits[-1][0])
+
+    key_parts = scene.output.sample_rate, band_of(scene)
+    file = partial(entry_of, scene, fine, key_parts, SPREAD_FORM)
+    coarser = cache.get(("spread", fine.key, key_parts), chosen, file) if over else chosen()
+    return fine if coarser == 1.0 else contact_of(scene, profile, coarser)

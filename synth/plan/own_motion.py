@@ -26,8 +26,8 @@ from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.effects.effect import Kind
 from synth.motion.scan_motion import ScanMotion
-from synth.plan.area_cells import MOST_WORK, SECONDS
 from synth.plan.channels import SteadyScan
+from synth.plan.contact_choice import MOST_WORK, SECONDS
 from synth.plan.direct_plan import PATH_SLOPE
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.frame_plan import FALL, PATIENCE, STILL_SOLVED, FramePlan, solution_nanoseconds

@@ -24,9 +24,8 @@ from synth.motion.motion import LARGEST_LOAD
 from synth.motion.moved_skin import mover_of
 from synth.motion.recorded_motion import rendered_part
 from synth.motion.scan_motion import ScanMotion
-from synth.plan.area_cells import beside_cells
 from synth.plan.channels import NEARLY, ChannelPlan, extent_and_peak
-from synth.plan.contact_choice import contact_in_cells, shape_in_cells
+from synth.plan.contact_choice import beside_cells, contact_in_cells, shape_in_cells
 from synth.plan.direct_plan import beyond_table, direct_plan, follows_path
 from synth.plan.effect_choice import LONGEST_WHOLE, SimulationCase, outputs_of
 from synth.plan.effect_choice import asked as asked_effects
@@ -37,10 +36,9 @@ from synth.plan.motion_peak import differs_from_cruise
 from synth.plan.own_motion import own_motion
 from synth.plan.preparation import Preparation
 from synth.plan.process_start import begun
-from synth.plan.request import N_MAX, Request, harmonics_in_band
+from synth.plan.request import N_MAX, Request, above_band, harmonics_in_band, silence_of
 from synth.plan.scene_series import TIGHTEST, imperceptible, series_of, shaped_contact
 from synth.plan.scene_table import kept_table, read_error
-from synth.plan.silence import above_band, silence_of
 from synth.plan.stretch import Stretch, on_whole, stretch_of
 from synth.plan.warnings import level_of_effects, uncertain_level
 from synth.response.demand import Demand

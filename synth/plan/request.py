@@ -1,4 +1,4 @@
-"""The requirements of a scene before it is solved: motion, harmonics and time derivatives.
+"""The requirements of a scene before it is solved: motion, harmonics and time derivatives, and why it may be silent.
 
 Stage   2 (PLAN), the base of `preparation`, `channels` and `effect_choice`.
 Source  design, section 4.
@@ -11,11 +11,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from synth.contact.geometry import Geometry
 from synth.motion.moved_skin import mover_of
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.stretch import Stretch
 from synth.response.reading_filter import ORDERS
+from synth.scene.output_section import BAND, FULL_BAND
 from synth.scene.scene import Scene
+from synth.scene.texture_registry import DEFAULT
 
 N_MAX = 4096  # harmonics (design, section 4); more would cost proportionally more, far above the frequencies felt
 MOVING_REACH = 8  # ratio of the harmonics kept to those at the fastest speed u: down to the speed u / 8 none is lost
@@ -24,6 +27,7 @@ FEWEST_MOVING = 64  # smallest number of harmonics of a moving scan, at any spee
 HAND_LOADS = (0.05, 1.8)  # N, usual loads of a hand (Fagiani & Barbieri, 2016, section 2)
 HAND_SPEEDS = (0.01, 0.16)  # m/s, usual range, extended to the scene's speed: faster hands are limited; with a lower
 # upper end, the sound is louder
+RESTS = "The finger rests while the output lasts, so its quantities do not change."
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,3 +148,35 @@ def harmonics_below(frequency: float, limit: float, most: int = N_MAX) -> int:
 def harmonics_in_band(scene: Scene, most: int) -> int:
     """Return the number of harmonics of the texture in the band at the scan's own speed. It is `most` at most."""
     return harmonics_below(abs(scene.scan.speed) / scene.texture.period, scene.output.band_limit, most)
+
+
+def silence_of(asked: Request, geometry: Geometry) -> str:
+    """Return why the finger of the request does not move at all, or ""."""
+    if geometry.texture_amplitude == 0.0:
+        named = " (texture.amplitude is 0 m)" if asked.scene.texture.kind == DEFAULT else ""
+        return f"The texture has no height{named}, so the finger does not move up and down."
+    if asked.scene.scan.load == 0.0:
+        return "The finger does not touch the texture (the load is 0 N), so it does not move."
+    motion = ScanMotion(asked.scene, whole=asked.live)
+    low, high = motion.load_range()
+    rests = asked.scene.scan.trajectory is not None and motion.fastest() == 0.0 and low == high
+    return RESTS if rests and 0 not in asked.orders and not asked.by_hand and not asked.scene.effects else ""
+
+
+def above_band(asked: Request) -> str:
+    """Return what `beyond_band` does; "" for a moving scan, which has lower speeds."""
+    return "" if asked.highest > 0 else beyond_band(asked)
+
+
+def beyond_band(asked: Request) -> str:
+    """Return the sentence that every harmonic is above the band at the scan's own speed, or ""."""
+    output = asked.scene.output
+    if harmonics_in_band(asked.scene, 1):
+        return ""
+    text = (
+        f"Every harmonic is above the band: u / lambda2 is {abs(asked.turns):.6g} Hz, "
+        f"and only harmonics below {output.band_limit:.6g} Hz are rendered."
+    )
+    if abs(asked.turns) < BAND * output.sample_rate and output.bandwidth != FULL_BAND:
+        text += ' Write output.bandwidth "full" for the whole band of the sample rate.'
+    return text

@@ -52,8 +52,8 @@ from synth.plan.pilot_run import (
 )
 from synth.response.demand import Complex
 from synth.response.lift_gate import gate
-from synth.sampling.band_edge import WHOLE_TO, edge_of
 from synth.sampling.decimation import Decimator, narrowest
+from synth.sampling.frame_solver import WHOLE_TO, edge_of
 from synth.scene.output_section import BAND, FULL_BAND, Channel
 
 STEADY_BAND, MOVING_BAND = (0.40, 0.45), (0.35, 0.49)  # kept and removed band, as parts of the rate

@@ -1,8 +1,6 @@
 """From a source of z to frames: z at equal steps along a motion, then filters that limit the band and take derivatives.
 
 frame_solver    files: chunks of frames, with their filter; `landing` solves quick changes of the load more often
-chunks          frames from chunks that are solved together
 direct_reader   live fingers: solutions at every few frames, and the filter of `band_filter`
 decimation      simulations: the filter from steps to frames
-band_edge       the gain of a frequency in files
 """

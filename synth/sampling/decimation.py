@@ -3,7 +3,7 @@
 Model   y is the value at a step. A frame is the sum over the steps near it of (y - y at the frame) times the taps. For
         order 0, y at the frame is added back. Motion at rest therefore gives exactly y, and derivatives of exactly 0.
         The taps are a windowed sinc, convolved with the central difference of the order. The window is Kaiser's or, for
-        a file, that of `sampling.band_edge`.
+        a file, that of `frame_solver`.
         Values that belong to a time before their step, such as a pressure in the middle of a step, have taps of their
         own: the same filter, shifted by that part of a step.
         The simulated steps of a mass follow a fast force with too small an amplitude; the filter compensates for that.
@@ -38,7 +38,7 @@ class Decimator:
     orders: order k of the derivative in each other row of `taps`.
     margin: frames on each side of a frame.
     steps: steps per frame.
-    droop: error of the gain at the end of the pass band; where `band_edge` gives the gain, what a filter that is too
+    droop: error of the gain at the end of the pass band; where `frame_solver` gives the gain, what a filter that is too
         short for it misses.
     """
 
@@ -68,7 +68,7 @@ class Decimator:
         steps: steps per frame.
         band: end of the pass band and start of the stop band, as parts of the rate.
         attenuation: dB.
-        width: of the edge of `band_edge` in the middle of `band`, as a part of the rate; 0: Kaiser's window.
+        width: of the edge of `frame_solver` in the middle of `band`, as a part of the rate; 0: Kaiser's window.
         of_mass: compensate for the amplitude that the steps of a mass lose.
         late: time between a late value and the end of its step, as a part of the step.
         live: whether the filter reaches over LONGEST frames at most.
@@ -88,7 +88,7 @@ class Decimator:
         window = np.exp(-((math.pi * width * before) ** 2)) if width else np.kaiser(len(before), beta)
         lows = [np.sinc((passing + stopping) * (before + one / steps)) * window for one in (0.0, late)]
         droop = abs(1.0 - _gain(lows[0], passing * before))
-        if width:  # then `band_edge` is the gain
+        if width:  # then `frame_solver` is the gain
             droop = 0.0 if margin > reach else _missed(lows[0], before, 0.5 * (passing + stopping), width)
         if of_mass:
             lows = [_made_up(low, math.pi * min(1.2 * stopping / steps, 0.5)) for low in lows]
@@ -127,7 +127,7 @@ def _gain(taps: Array, turns: Array) -> float:
 
 
 def _missed(taps: Array, before: Array, half: float, width: float) -> float:
-    """Return the largest difference between the gain of even taps and that of `band_edge`.
+    """Return the largest difference between the gain of even taps and that of `frame_solver`.
 
     before: time of each tap, in frames.
     half, width: of the edge, as parts of the rate.

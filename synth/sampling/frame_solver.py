@@ -5,13 +5,20 @@ Model   y = g(w) (z(p / lambda2, w) - mean of z over a period at w) is solved at
         or, for a narrow band, `count` per `stride` frames. One product in the frequency domain limits the band, takes
         the derivatives and reduces the rate to the frame rate:
 
-            (2 pi i f)^k times the gain of `band_edge`
+            (2 pi i f)^k times the gain of the band's edge
 
+        At a band B below that of the rate, a frequency f has the gain erfc((f / B - HALF) / WIDTH) / 2. It is 1 to 1e-3
+        up to 0.92 B, and below 1e-3 from B on. In time the filter is a sinc under the window exp(-(pi WIDTH B t)^2).
+        Where only the rate limits the band, at B = 0.40 of it, the gain is that of FULL_HALF and FULL_WIDTH: 1 to 1e-9
+        up to 0.40 of the rate, and below 1e-9 above 0.49.
         This is done chunk by chunk, with margins on both sides that are longer than the filter's ringing. The mean
         over a period is a spline over w^(1/3), because it is smooth in w^(1/3). Neighbouring chunks share the solutions
         of their margins. Where the load changes quickly there are more steps (`landing`).
-Source  design, sections 4 (`"exact"`) and 8. `contact.exact_solver` solves eq. 1 (Fagiani & Barbieri, 2016).
-Limits  What lies above half the rate of the steps folds into the band; `plan.frame_plan` measures it.
+Source  design, sections 4 (`"exact"`) and 8: a constant scan has no component at B or above, so no other source may
+        have one either. HALF and WIDTH are this project's choice: a steeper edge rings longer, 2 / (WIDTH B) ahead and
+        back. `contact.exact_solver` solves eq. 1 (Fagiani & Barbieri, 2016).
+Limits  What lies above half the rate of the steps folds into the band; `plan.frame_plan` measures it. The series of a
+        constant scan ends at B abruptly: it keeps in full what lies between 0.92 B and B.
 """
 
 from __future__ import annotations
@@ -19,6 +26,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -27,10 +35,13 @@ from synth.motion.motion import LOAD, Motion
 from synth.motion.scan_motion import ScanMotion
 from synth.response.lift_gate import gates
 from synth.response.mean_approach import Mean
-from synth.sampling.band_edge import edge_of
 from synth.sampling.landing import low_pass, solved_again, windows
+from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
 
+HALF, WIDTH = 0.96, 0.018  # of the band: half amplitude, and width of the edge
+FULL_HALF, FULL_WIDTH = 0.445, 0.0105  # parts of the rate, where it limits the band
+WHOLE_TO = 0.92  # of the band: up to here the gain is 1 to 1e-3
 Heights = Callable[..., Array]
 WITH_MEAN = -1  # order of the approach, which is z itself; order 0 is displacement, z minus its mean
 REMOVED = 0.49  # part of the rate from which on nothing is left, at the full band
@@ -38,6 +49,16 @@ MARGIN = 280  # frames on each side of a chunk at the full band: the ringing of 
 CHUNK = 4096  # frames of a chunk, unless the filter rings for long
 TOGETHER = 1 << 21  # largest number of solutions of a chunk and its margins (200 MB), unless the margins need more
 MOST_TOGETHER = 1 << 23  # solutions of the smallest chunk, which is as long as its margins: 800 MB of working memory
+Solve = Callable[[int], Any]
+"""Returns the frames of a chunk by its number: [chunk, channels], or [chunk] of one channel."""
+
+
+def edge_of(scale: float) -> tuple[float, float]:
+    """Return half amplitude and width of the edge, as parts of the rate.
+
+    scale: the band, as a part of the whole band of the rate.
+    """
+    return (FULL_HALF, FULL_WIDTH) if scale >= 1.0 else (HALF * BAND * scale, WIDTH * BAND * scale)
 
 
 class FrameSolver:
@@ -239,3 +260,23 @@ class FrameSolver:
 def _multiple(least: int, stride: int) -> int:
     """Return the smallest multiple of `stride` that is at least `least`."""
     return -(-least // stride) * stride
+
+
+class Chunks:
+    """The chunks of `solve`, each of `chunk` frames."""
+
+    def __init__(self, solve: Solve, chunk: int) -> None:
+        self._solve, self._chunk = solve, chunk
+        self._number = -1
+        self._kept: Any = None
+
+    def read(self, first: int, out: Any) -> None:
+        """Write the frames from `first` on to `out`: [frames, channels], or [frames]."""
+        done = 0
+        while done < len(out):
+            number, place = divmod(first + done, self._chunk)
+            if self._kept is None or self._number != number:
+                self._number, self._kept = number, self._solve(number)
+            part = self._kept[place : place + len(out) - done]
+            out[done : done + len(part)] = part
+            done += len(part)

@@ -21,7 +21,7 @@ import numpy as np
 from synth.arrays import Array, Block
 from synth.contact.area_forces import ForceOverArea
 from synth.motion.scan_motion import ScanMotion
-from synth.plan.area_cells import BEGINS, SECONDS, SHORT, UNSEEN, cells_along_path
+from synth.plan.contact_choice import BEGINS, SECONDS, SHORT, UNSEEN, cells_along_path
 from synth.plan.direct_plan import PATH_SLOPE
 from synth.plan.frame_plan import FramePlan, counted, solution_nanoseconds, stride_of
 from synth.plan.mean_choice import pressed
@@ -33,9 +33,8 @@ from synth.plan.swing import MORE_FOLDS, Swing, changed_by, folded_errors, relat
 from synth.response.demand import Complex, curves, harmonics_of, points_for
 from synth.response_cache import PARTS
 from synth.sampling.band_filter import SOLUTIONS
-from synth.sampling.chunks import Chunks, Solve
 from synth.sampling.direct_reader import DirectReader, direct_filters
-from synth.sampling.frame_solver import FrameSolver
+from synth.sampling.frame_solver import Chunks, FrameSolver, Solve
 from synth.scene.output_section import BAND
 from synth.voice.table_reading import HandReader, ScanReader
 

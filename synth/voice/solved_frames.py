@@ -18,8 +18,7 @@ from synth.plan.motion_peak import frames_key, searched_orders
 from synth.plan.preparation import Preparation
 from synth.response.series_curve import SMALLEST, SeriesCurve
 from synth.response_cache import PARTS
-from synth.sampling.chunks import Chunks
-from synth.sampling.frame_solver import WITH_MEAN, FrameSolver, Heights
+from synth.sampling.frame_solver import WITH_MEAN, Chunks, FrameSolver, Heights
 
 
 class SolvedFrames:

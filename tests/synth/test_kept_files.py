@@ -14,7 +14,7 @@ from synth import kept_files
 from synth.contact.scene_contact import contact_of
 from synth.kept_files import FileEntry, FileForm, KeptFiles
 from synth.motion.motion import Update
-from synth.plan import area_cells, direct_plan, scene_series, scene_table, usual_hand
+from synth.plan import contact_choice, direct_plan, scene_series, scene_table, usual_hand
 from synth.response.spectrum import SPECTRUM_FORM, Spectrum
 from synth.response_cache import ResponseCache
 from synth.scene.scene import parse_scene
@@ -135,7 +135,7 @@ def test_a_texture_over_an_area_is_found_again_too(tmp_path: Path, monkeypatch: 
     dots = {"finger": {"kind": "fingertip"}, "texture": {"kind": "golf-ball-dimples"}, "output": narrow}
     sound = stroked(opened(tmp_path, dots))
     assert endings(tmp_path) == {".json": 6}, "two series, error of cells, spread of points, peaks, plan"
-    monkeypatch.setattr(area_cells, "harmonics_of", lambda *_: pytest.fail("cells judged again"))
+    monkeypatch.setattr(contact_choice, "harmonics_of", lambda *_: pytest.fail("cells judged again"))
     monkeypatch.setattr(direct_plan, "_planned", lambda *_, **__: pytest.fail("planned again"))
     forbid(monkeypatch)
     np.testing.assert_array_equal(stroked(opened(tmp_path, dots)), sound)

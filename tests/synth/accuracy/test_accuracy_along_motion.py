@@ -17,8 +17,7 @@ from synth.accuracy.method import Subject
 from synth.accuracy.motion import FINEST, MotionCase, solved_reference
 from synth.accuracy.motion_baseline import AREA_SIZES, SIZES, baseline_along
 from synth.accuracy.motion_methods import file_methods
-from synth.accuracy.moving import live_subject, moving_subject
-from synth.accuracy.report import measure_accuracy
+from synth.accuracy.report import live_subject, measure_accuracy, moving_subject
 from synth.accuracy.simulated import BASELINE
 from synth.contact.stiffness import Stiffness
 from synth.motion.motion import LOAD

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from synth.contact.scene_contact import contact_of
-from synth.plan.live_work import COARSER, MOST_TURNED, affordable, predicted_work
+from synth.plan.direct_plan import COARSER, MOST_TURNED, affordable, predicted_work
 from synth.response_cache import ResponseCache
 from synth.scene.scene import parse_scene
 

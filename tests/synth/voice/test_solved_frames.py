@@ -16,7 +16,7 @@ from synth.plan.prepare import prepare
 from synth.response.demand import Demand
 from synth.response.spectrum import solve_spectrum
 from synth.sampling import frame_solver
-from synth.sampling.band_edge import edge_of
+from synth.sampling.frame_solver import edge_of
 from synth.scene.scene import Scene
 from synth.voice.live_voice import LiveVoice
 from synth.voice.solved_frames import SolvedFrames

@@ -23,8 +23,8 @@ from synth.effects.simulation.running import (
 )
 from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, SLOPE_FORCE, Phases
 from synth.motion.scan_motion import LIFT_TIME
-from synth.sampling.band_edge import WHOLE_TO, edge_of
 from synth.sampling.decimation import Decimator
+from synth.sampling.frame_solver import WHOLE_TO, edge_of
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
 
