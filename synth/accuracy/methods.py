@@ -35,7 +35,7 @@ from synth.plan.scene_table import bounds_for, table_of_scene
 from synth.plan.stretch import stretch_of
 from synth.response.demand import Complex, Demand, curves, harmonics_of
 from synth.response.discretisation import fine_enough
-from synth.response.mean_approach import mean_curve
+from synth.response.mean_approach import heights_of_mean, mean_of
 from synth.response.phases import phase_step
 from synth.response.series_curve import SeriesCurve
 from synth.response.table_making import TableBounds
@@ -198,7 +198,7 @@ def _framed(case: Case, name: str, family: str, count: int) -> Method:
     period, phases = case.solved_period(case.heights, count)
 
     def set_up() -> Ready:
-        mean = mean_curve(case.contact, (case.load, case.load), case.load, case.solved.tolerance)
+        mean = mean_of(heights_of_mean(case.contact), (case.load, case.load), case.load, case.solved.tolerance)
         solver = FrameSolver(case.contact.heights, case.scene, mean, case.rate, count=count, scale=scale)
         held = case.contact.grid.nbytes + solver.memory_bytes
         return Ready(solver.chunk, held, lambda: solver.solved(0, (case.order,)), period)

@@ -36,7 +36,7 @@ from synth.plan.mean_choice import own_mean
 from synth.plan.preparation import Preparation
 from synth.response.demand import Demand
 from synth.response.discretisation import fine_enough
-from synth.sampling.band_filter import SOLUTIONS
+from synth.response.reading_filter import SOLUTIONS
 from synth.sampling.frame_solver import Heights
 from synth.sampling.landing import LOOK_RATE, LOOKS, pieces, windows
 from synth.scene.output_section import BAND

@@ -34,9 +34,9 @@ from synth.plan.scene_table import entry_of
 from synth.plan.swing import Swing, changed_by
 from synth.response.demand import Demand, harmonics_of, points_for
 from synth.response.discretisation import DISCRETE_SHARE, FIRST_ORDER, changes, remaining
+from synth.response.reading_filter import SOLUTIONS
 from synth.response.table_error import QUANTITIES
 from synth.response_cache import ResponseCache
-from synth.sampling.band_filter import SOLUTIONS
 
 SECONDS = 0.05  # of the swing: at 80 mm/s it covers 1.3 mm
 SHORT, BEGINS = 0.03, (0.1, 0.5, 0.8)  # length (s) and middle phases (turns) of the swings on which cells are judged

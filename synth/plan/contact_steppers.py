@@ -27,8 +27,8 @@ from synth.effects.simulation.steps import Stepper, StiffnessLaw
 from synth.effects.simulation.terms import ELASTIC, Terms
 from synth.plan.effect_choice import MEAN_PHASES, SimulationCase, outputs_of
 from synth.plan.request import N_MAX, harmonics_in_band
-from synth.response.mean_approach import GOLDEN, Mean, mean_curve, mean_of
 from synth.response.mean_approach import MEAN_PHASES as MEAN_PLACES
+from synth.response.mean_approach import Mean, heights_of_mean, mean_of
 from synth.surfaces.height_field import HeightField
 
 HEAVIEST_HAND = 5.0  # N, least upper end of a hand's loads; above that end the contact is linear, as if all touched
@@ -136,15 +136,10 @@ def _lowest(contact: Any, heaviest: float) -> float:
 
     As the table of the energy does, points allow for a peak-to-peak below the lowest z.
     """
-    places, texture = np.arange(MEAN_PHASES) / MEAN_PHASES, contact.geometry.profile
+    texture = contact.geometry.profile
     assert texture is not None
-    if isinstance(texture, HeightField):
-        path = np.stack(
-            [GOLDEN * np.arange(MEAN_PHASES) % 1.0 * texture.across, np.full(MEAN_PHASES, contact.line.direction)]
-        )
-        z = contact.heights(places, np.full(MEAN_PHASES, heaviest), path)
-    else:
-        z = contact.approach(places, heaviest)[0]
+    heights = heights_of_mean(contact, across=isinstance(texture, HeightField))
+    z = heights(np.arange(MEAN_PHASES) / MEAN_PHASES, heaviest)
     return float(np.min(z) - np.ptp(z) - texture.extent[1] - BELOW * contact.geometry.height_scale)
 
 
@@ -162,7 +157,7 @@ def _exact_mean(case: SimulationCase) -> Mean:
     if case.mean is not None and between == case.loads:
         return case.mean
     places = HAND_PLACES if case.by_hand else MEAN_PLACES
-    return mean_curve(case.contact, between, case.pressed, _mean_tolerance(case), places)
+    return mean_of(heights_of_mean(case.contact), between, case.pressed, _mean_tolerance(case), places)
 
 
 def _mean_tolerance(case: SimulationCase) -> float:

@@ -37,10 +37,10 @@ from synth.plan.frame_plan import solution_nanoseconds
 from synth.plan.request import HAND_LOADS, HAND_SPEEDS, Request, harmonics_in_band
 from synth.plan.scene_table import band_of, bounds_for, entry_of
 from synth.plan.swing import FOLD_POWER, Swing, changed_by, changes_to, folded_errors, turning_errors
-from synth.response.mean_approach import Mean, SolvedMean, mean_curve, mean_over_area
+from synth.response.mean_approach import Mean, SolvedMean, heights_of_mean, mean_of
+from synth.response.reading_filter import SOLUTIONS, band_filter
 from synth.response.table_error import QUANTITIES
 from synth.response_cache import ResponseCache
-from synth.sampling.band_filter import SOLUTIONS, band_filter
 from synth.scene.scene import Scene
 from synth.surfaces import profile_of
 from synth.surfaces.profile import Profile
@@ -176,8 +176,8 @@ def _planned(
     """
     on_path, longer = own is not None, whole.geometry.texture_period > contact.geometry.texture_period
     allowed = AREA_MEAN_TOLERANCE if on_path or longer or not whole.of_one_line else MEAN_TOLERANCE
-    average: Any = mean_over_area if on_path else mean_curve
-    mean: Mean = average(whole, (0.0, heaviest), loads[1], allowed, PLACES, MEANS)
+    heights = heights_of_mean(whole, across=on_path)
+    mean = mean_of(heights, (0.0, heaviest), loads[1], allowed, PLACES, MEANS)
     least = least_solutions(whole)
     swing = Swing(least * SOLUTIONS * band, band, fastest, PATH_SLOPE if on_path else 0.0)
     folded, seconds = folded_errors(whole, swing, loads)

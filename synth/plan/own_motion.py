@@ -37,9 +37,9 @@ from synth.plan.request import harmonics_in_band
 from synth.plan.swing import Swing, turning_changes
 from synth.response.discretisation import DISCRETE_SHARE
 from synth.response.mean_approach import Mean, SolvedMean
+from synth.response.reading_filter import SOLUTIONS
 from synth.response.series_curve import SeriesCurve
 from synth.response.series_error import FLOOR
-from synth.sampling.band_filter import SOLUTIONS
 from synth.sampling.frame_solver import FrameSolver, Heights
 from synth.sampling.landing import MOST_FINER, pieces
 from synth.scene.scene import Scene

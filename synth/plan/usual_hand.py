@@ -33,8 +33,8 @@ from synth.plan.prepare import prepare
 from synth.plan.request import HAND_LOADS, HAND_SPEEDS, harmonics_below
 from synth.plan.scene_table import entry_of
 from synth.response.demand import Complex, curves, harmonics_of, points_for
+from synth.response.reading_filter import SOLUTIONS
 from synth.response_cache import SHARED, ResponseCache
-from synth.sampling.band_filter import SOLUTIONS
 from synth.scene.output_section import Channel
 from synth.scene.scene import Scene
 

@@ -9,16 +9,12 @@ Limits  The error halfway between the loads, after the lift gate, is within MEAN
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.load_balance import Contact
 from synth.response.lift_gate import gates
-
-if TYPE_CHECKING:
-    from synth.contact.area_path import AreaContact
 
 Mean = Callable[[Array], Array]
 """The mean of z over a period (m) as a function of w^(1/3) (N^(1/3))."""
@@ -34,65 +30,24 @@ MOST_PLACES = 4096  # of a period over an area, at which z is averaged
 SPLINE_GAIN = 8.0  # least factor by which the error falls when an interval is halved; 16 in the limit
 
 
-def mean_curve(
-    contact: Contact,
-    loads: tuple[float, float],
-    load: float,
-    tolerance: float,
-    places: int = MEAN_PHASES,
-    fewest: int = FEWEST_MEANS,
-    lift: float = 0.0,
-) -> Mean:
-    """Return the mean of z over a period (m) as a function of w^(1/3), between two `loads` (N).
+def heights_of_mean(contact: Any, *, across: bool = False) -> Heights:
+    """Return z at places of a period on the line of `contact`.
 
-    load: N; `tolerance` is relative to the peak-to-peak of z at this load.
-    places: number of places of a period over which z is averaged.
-    fewest: least number of loads at which it is solved, before intervals are halved.
-    lift: load (N) below which the lift gate fades the output, and so the error of the mean; 0: at no load.
+    across: at places along and across both periods of a height field, at the direction of the line. The places across
+        follow from those along by the golden ratio.
     """
-    return mean_of(_along(contact), loads, load, tolerance, places, fewest, lift)
 
+    def on_line(phases: Array, w: float) -> Array:
+        found = contact.heights(phases, np.full(len(phases), w)) if w > 0.0 else contact.approach(phases, 0.0)[0]
+        return np.asarray(found)
 
-def _along(contact: Contact) -> Heights:
-    """Return z on the line of `contact`."""
-
-    def heights(phases: Array, w: float) -> Array:
-        return contact.heights(phases, np.full(len(phases), w)) if w > 0.0 else contact.approach(phases, 0.0)[0]
-
-    return heights
-
-
-def mean_over_area(
-    contact: AreaContact,
-    loads: tuple[float, float],
-    load: float,
-    tolerance: float,
-    places: int = MEAN_PHASES,
-    fewest: int = FEWEST_MEANS,
-    lift: float = 0.0,
-) -> Mean:
-    """Return the mean of z over both periods of a height field, at the direction of the line of `contact`.
-
-    The arguments are those of `mean_curve`. The places across follow from those along by the golden ratio.
-    """
-    return mean_of(_over_both(contact), loads, load, tolerance, places, fewest, lift)
-
-
-def _over_both(contact: Any) -> Heights:
-    """Return z at places along, each at another place across, at the direction of the line of `contact`."""
-    texture, line = contact.geometry.profile, contact.line
-
-    def heights(phases: Array, w: float) -> Array:
+    def over_both(phases: Array, w: float) -> Array:
         path = np.empty((2, len(phases)))
-        path[0], path[1] = GOLDEN * np.arange(len(phases)) % 1.0 * texture.across, line.direction
+        path[0] = GOLDEN * np.arange(len(phases)) % 1.0 * contact.geometry.profile.across
+        path[1] = contact.line.direction
         return np.asarray(contact.heights(phases, np.full(len(phases), max(w, NO_LOAD)), path))
 
-    return heights
-
-
-def heights_of_mean(contact: Any, *, across: bool) -> Heights:
-    """Return z at the places of a mean: of both periods of a height field (across), or on the line of `contact`."""
-    return _over_both(contact) if across else _along(contact)
+    return over_both if across else on_line
 
 
 def mean_of(
@@ -104,7 +59,15 @@ def mean_of(
     fewest: int = FEWEST_MEANS,
     lift: float = 0.0,
 ) -> SolvedMean:
-    """Return the mean of `heights` as `mean_curve` does, between two loads (N). Below these it is constant."""
+    """Return the mean of `heights` over a period (m) as a function of w^(1/3), between two `loads` (N).
+
+    Below these loads it is constant.
+
+    load: N; `tolerance` is relative to the peak-to-peak of z at this load.
+    places: number of places of a period over which z is averaged.
+    fewest: least number of loads at which it is solved, before intervals are halved.
+    lift: load (N) below which the lift gate fades the output, and so the error of the mean; 0: at no load.
+    """
     theta = np.arange(places) / places
 
     def means(roots: Array) -> Array:

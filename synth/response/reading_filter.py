@@ -1,15 +1,21 @@
-"""The filter of a table reader: from z at every few frames to displacement, velocity or acceleration at every frame.
+"""The filters of readers: from z at every few frames to displacement, velocity or acceleration at every frame.
 
-Stage   RESPONSE: reading its result.
+Stage   RESPONSE: reading its result. `reading_filter` is that of a table, `band_filter` that of live fingers that are
+        solved.
 Model   z is taken at every `stride`-th frame. Between two of these, at the part s = j / stride of the way, the output
-        is hold z_k + sum over m of b_jm (z_(m+1) - z_m), over TAPS - 1 differences around k. The weights b are exact
+        is hold z_k + sum over m of b_jm (z_(m+1) - z_m), over taps - 1 differences around k. The weights b are exact
         for polynomials of degree 3. Over the frequencies in the band they have the least relative error (least
         squares). Since only differences count, a finger at rest gives exactly zero, and every term of a changing load
         is included.
+        Solutions contain the frequencies above the band, which a table leaves out. So `band_filter` has many more
+        differences: from EDGE times the band on, its response is to be zero, and its weights fit both aims.
 Source  Least-squares design of linear-phase filters (Parks and Burrus, Digital Filter Design, 1987); derived here.
-Limits  The `error` of a filter is 5e-4 for acceleration, 1e-4 for velocity and 3e-5 for displacement with 10 samples of
-        z per period of the band, which is a look-ahead of 0.33 ms at 48 kHz. Where the band is more than a tenth of the
-        rate, filters are longer and err by up to a tenth at the end of the band.
+Limits  The `error` of a filter of a table is 5e-4 for acceleration, 1e-4 for velocity and 3e-5 for displacement with 10
+        samples of z per period of the band, which is a look-ahead of 0.33 ms at 48 kHz. Where the band is more than a
+        tenth of the rate, filters are longer and err by up to a tenth at the end of the band.
+        Of `band_filter`, for a band of at most an eighth of the rate: error below 1e-3. From EDGE times the band on,
+        4e-3 of the derivative at the end of the band is left. The output is REACH periods of the band behind the
+        motion, 2.25 ms at 1 kHz. A wider band has fewer solutions per period, and its edge ends at half of their rate.
 """
 
 from __future__ import annotations
@@ -35,6 +41,11 @@ MOST_TAPS = 64  # largest number of taps, where the rate gives fewer samples per
 ENOUGH = 1e-3  # taps are added while the error is larger
 EXACT_DEGREE = 3  # polynomials up to this degree are exact
 GRID = 200  # frequencies at which the error is evaluated
+SOLUTIONS = 8  # per period of the band; 12 mostly reduce the folded error to a third to a half (docs/live-motion.md)
+EDGE = 2.0  # times the band: the frequency from which on nothing is left; a steeper edge requires a longer delay
+REACH = 2.25  # delay of the output, in periods of the band; with 2.0 twice as much is left above the edge
+KEPT_OUT = 0.3  # weight of what is left above the edge, relative to the error in the band
+POINTS = 64  # least number of frequencies in each part; more cost time, and linear algebra on several cores
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,9 +77,8 @@ class ReadingFilter:
 @cache
 def usual_weights(order: int) -> tuple[tuple[float, ...], ...]:
     """Return the weights of derivative `order` at each eighth of a step [LONGEST_STRIDE, TAPS - 1], per step."""
-    parts = np.arange(LONGEST_STRIDE) / LONGEST_STRIDE
-    found = [np.round(designed(order, float(part), TAPS, USUAL_HIGHEST), DECIMALS) for part in parts]
-    return tuple(tuple(float(one) for one in row) for row in found)
+    found = np.round(designed(order, LONGEST_STRIDE, TAPS, USUAL_HIGHEST), DECIMALS)
+    return tuple(tuple(row) for row in found.tolist())
 
 
 @cache
@@ -83,7 +93,7 @@ def reading_filter(quantity: str, rate: int, band: float) -> ReadingFilter:
     weights = np.array(usual_weights(order))[:: LONGEST_STRIDE // stride]
     if rate < SAMPLES_A_PERIOD * band:
         taps = _taps_for(stride, highest)
-        weights = _all_weights(order, stride, taps, highest)
+        weights = designed(order, stride, taps, highest)
     error = filter_error(weights, order, highest)
     return ReadingFilter(stride, weights * (rate / stride) ** order, float(order == 0), error)
 
@@ -92,14 +102,10 @@ def reading_filter(quantity: str, rate: int, band: float) -> ReadingFilter:
 def _taps_for(stride: int, highest: float) -> int:
     """Return the fewest taps with which every derivative errs by ENOUGH at most; MOST_TAPS where none suffice."""
     for taps in range(TAPS, MOST_TAPS, 2):
-        errors = [filter_error(_all_weights(order, stride, taps, highest), order, highest) for order in range(3)]
+        errors = [filter_error(designed(order, stride, taps, highest), order, highest) for order in range(3)]
         if max(errors) <= ENOUGH:
             return taps
     return MOST_TAPS
-
-
-def _all_weights(order: int, stride: int, taps: int, highest: float) -> Array:
-    return np.array([designed(order, j / stride, taps, highest) for j in range(stride)])
 
 
 def responses(taps: int, order: int, part: float, highest: float, points: int = GRID) -> tuple[Complex, Complex]:
@@ -129,17 +135,59 @@ def filter_error(weights: Array, order: int, highest: float) -> float:
     return found
 
 
-def designed(order: int, part: float, taps: int, highest: float) -> Array:
-    """Return the weights of the differences [taps - 1] for the derivative `order` at `part` of a step.
+def designed(
+    order: int, stride: int, taps: int, highest: float, points: int = GRID, beyond: float | None = None
+) -> Array:
+    """Return the weights of the differences for the derivative `order` at each part of a step [stride, taps - 1].
 
     highest: the error is least up to this frequency (cycles per step).
+    points: number of frequencies up to it.
+    beyond: frequency from which on nothing is to be left; None: it does not matter.
     """
-    degrees = np.arange(1, EXACT_DEGREE + 1)
+    parts, degrees = np.arange(stride) / stride, np.arange(1, EXACT_DEGREE + 1)
     rises = np.diff(steps_of(taps) ** degrees[:, np.newaxis], axis=1)
-    wanted = np.array([Polynomial.basis(degree).deriv(order)(part) for degree in degrees])
-    basis, aim = responses(taps, order, part, highest)
-    rows, right = np.concatenate([basis.real, basis.imag]), np.concatenate([aim.real, aim.imag])
+    wanted = np.array([Polynomial.basis(degree).deriv(order)(parts) for degree in degrees])
+    basis = responses(taps, order, 0.0, highest, points)[0]
+    aims = np.stack([responses(taps, order, part, highest, points)[1] for part in parts], axis=1)
+    fits = [(basis, aims)]
+    if beyond is not None:
+        above, none = left_above(taps, order, (highest, beyond), points)
+        fits.append((KEPT_OUT * above, KEPT_OUT * np.repeat(none[:, np.newaxis], stride, axis=1)))
+    rows, right = (
+        np.concatenate([part for one in both for part in (one.real, one.imag)]) for both in zip(*fits, strict=True)
+    )
     start = np.linalg.lstsq(rises, wanted, rcond=None)[0]
-    free = np.linalg.svd(rises)[2][len(degrees) :].T  # changes of the weights that keep these polynomials exact
-    rest = np.linalg.lstsq(rows @ free, right - rows @ start, rcond=None)[0]
-    return np.asarray(start + free @ rest)
+    free = np.linalg.qr(rises.T, "complete")[0][:, len(degrees) :]  # changes that keep these polynomials exact
+    q, r = np.linalg.qr(rows @ free)
+    found = start + free @ np.linalg.solve(r, q.T @ (right - rows @ start))
+    return np.ascontiguousarray(found.T)
+
+
+@cache
+def band_filter(quantity: str, rate: int, band: float, finer: float = 1.0) -> ReadingFilter:
+    """Return the filter of `quantity` (one of `reading_filter.ORDERS`) at `rate` (Hz), for solutions at equal steps.
+
+    band: Hz.
+    finer: factor on the number of solutions per second, up to one per frame. The delay stays the same.
+    All quantities at one rate and band have filters of one length, so their channels are in phase.
+    """
+    order, usual = ORDERS[quantity], max(1, math.floor(rate / (SOLUTIONS * band)))
+    late = max(2, math.ceil(REACH * rate / (band * usual))) * usual  # frames
+    stride = max(one for one in range(1, late + 1) if (late % one == 0 and one * finer <= usual) or one == 1)
+    taps = 2 * late // stride
+    gone = min(EDGE * band * stride / rate, 0.5)
+    kept = min(band * stride / rate, gone / math.sqrt(EDGE))
+    weights = np.round(designed(order, stride, taps, kept, max(POINTS, taps), gone), DECIMALS)
+    error = filter_error(weights, order, kept)
+    return ReadingFilter(stride, weights * (rate / stride) ** order, float(order == 0), error)
+
+
+def left_above(taps: int, order: int, edges: tuple[float, float], points: int) -> tuple[Complex, Complex]:
+    """Return the responses of the differences above the edge [points, taps - 1], and their aim [points]: no output.
+
+    Both are relative to the size of the derivative at the end of the band.
+    """
+    f = edges[1] + (0.5 - edges[1]) * (np.arange(points) + 0.5) / points
+    turned, scale = 2j * np.pi * f, (2.0 * math.pi * edges[0]) ** order
+    basis = np.diff(np.exp(turned[:, np.newaxis] * steps_of(taps)), axis=1) / scale
+    return np.asarray(basis), np.full(points, -float(order == 0) / scale, dtype=np.complex128)

@@ -3,7 +3,7 @@
 Stage   SAMPLING: without a response table, for a surface whose period is long against the waves that matter, and
         for a finger that may leave its line over an area.
 Model   y = gate(w) (z(p / lambda2, w) - mean(w)) is solved at every few frames; the approach is gate(w) z. The filter
-        of `band_filter` limits the band, takes the derivatives and makes the frames. All channels share the solutions.
+        of `reading_filter` limits the band, takes derivatives and makes the frames. All channels share the solutions.
         A solution starts from those before it, and the last digit of z depends on the start. Solutions are therefore
         made in groups of GROUP, counted from the first frame, and every group starts afresh. A block that ends within a
         group solves the first part of the group, and the next block solves the group from its beginning again. So the
@@ -12,7 +12,7 @@ Model   y = gate(w) (z(p / lambda2, w) - mean(w)) is solved at every few frames;
         Before the first frame the finger rests at its first position.
 Source  design, sections 1 and 8. Fagiani & Barbieri (2016), eq. 1.
 Limits  z of higher frequency than the solutions folds into the band (`plan.direct_plan` measures it), and the filter
-        errs (`band_filter`). A load above the heaviest is read as the heaviest. At speeds above those measured no
+        errs (`reading_filter`). A load above the heaviest is read as the heaviest. At speeds above those measured no
         error is reported. In blocks shorter than a group, up to GROUP times as many solutions are made.
 """
 
@@ -31,7 +31,6 @@ from synth.response.reading_filter import ReadingFilter
 from synth.response.series_curve import PLACE
 from synth.response.table import Floats
 from synth.response.table_reader import filter_frames
-from synth.sampling.band_filter import band_filter
 
 Phases = np.ndarray[tuple[int], np.dtype[np.uint64]]
 
@@ -166,10 +165,3 @@ class DirectReader:
             z[solved] = contact.heights(phases, loads, *([np.stack(path)] if path else []))
         newest = np.maximum.accumulate(np.where(moved, np.arange(len(z)), -1))
         return np.asarray(np.where(newest < 0, last, z[np.maximum(newest, 0)]))
-
-
-def direct_filters(
-    quantities: tuple[str, ...], rate: int, band: float, finer: float = 1.0
-) -> tuple[ReadingFilter, ...]:
-    """Return the filter of each of `quantities`; the other arguments are those of `band_filter`."""
-    return tuple(band_filter(quantity, rate, band, finer) for quantity in quantities)

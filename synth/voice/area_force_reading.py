@@ -31,9 +31,9 @@ from synth.plan.request import HAND_SPEEDS, Request
 from synth.plan.scene_table import band_of, bounds_for
 from synth.plan.swing import MORE_FOLDS, Swing, changed_by, folded_errors, relative, turning_errors
 from synth.response.demand import Complex, curves, harmonics_of, points_for
+from synth.response.reading_filter import SOLUTIONS, ReadingFilter, band_filter
 from synth.response_cache import PARTS
-from synth.sampling.band_filter import SOLUTIONS
-from synth.sampling.direct_reader import DirectReader, direct_filters
+from synth.sampling.direct_reader import DirectReader
 from synth.sampling.frame_solver import Chunks, FrameSolver, Solve
 from synth.scene.output_section import BAND
 from synth.voice.table_reading import HandReader, ScanReader
@@ -84,7 +84,7 @@ class MovingForce:
         if frames is not None:
             error = frames.errors[0]
         else:
-            (folded, seconds), chosen = folded_errors(force, short, (load, load)), _filters(solved)[0]
+            (folded, seconds), chosen = folded_errors(force, short, (load, load)), _filter(solved)
             error = float(folded[0] + cells[0]) + chosen.error
             work = seconds * scene.output.sample_rate / chosen.stride
         if (scene.scan.turns or (solved.by_hand and solved.over_area)) and not force.contact.of_any_direction:
@@ -132,11 +132,11 @@ def of_cells(force: ForceOverArea, load: float, highest: int) -> float:
     return float(np.max(np.abs(after - before))) / extent if extent > 0.0 else 0.0
 
 
-def _filters(solved: Preparation) -> Any:
+def _filter(solved: Preparation) -> ReadingFilter:
     """Return the filter of a force that is solved along a motion, with the delay of the channels of z."""
     scene, direct = solved.scene, solved.direct
     band, finer = (band_of(scene), 1.0) if direct is None else (direct.band, direct.finer)
-    return direct_filters((READ_AS,), scene.output.sample_rate, band, finer)
+    return band_filter(READ_AS, scene.output.sample_rate, band, finer)
 
 
 def reader_of(solved: Preparation, forces: tuple[MovingForce, ...]) -> SolvedForces | ScanReader | HandReader:
@@ -193,7 +193,6 @@ class DirectForces:
         scene, direct = solved.scene, solved.direct
         on_path = solved.over_area
         heaviest = bounds_for(scene).heaviest if direct is None else direct.heaviest
-        filters = _filters(solved)
         return cls(
             tuple(
                 DirectReader(
@@ -204,7 +203,7 @@ class DirectForces:
                     lift_load=scene.scan.lift_load,
                     heaviest=heaviest,
                     rate=scene.output.sample_rate,
-                    filters=filters,
+                    filters=(_filter(solved),),
                     gains=(1.0,),
                     with_mean=(False,),
                 )

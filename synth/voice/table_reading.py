@@ -20,9 +20,9 @@ from synth.motion.motion import LOAD, NOWHERE, SPEED, Motion
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.preparation import Preparation
 from synth.response.phases import phase_step, turns_to_phase
-from synth.response.reading_filter import LONGEST_STRIDE
+from synth.response.reading_filter import LONGEST_STRIDE, band_filter
 from synth.response.table_reader import TableReader
-from synth.sampling.direct_reader import DirectReader, direct_filters
+from synth.sampling.direct_reader import DirectReader
 from synth.scene.scene import Scene
 
 
@@ -85,7 +85,7 @@ def reader_of(solved: Preparation) -> ChannelReader:
         lift_load=solved.scene.scan.lift_load,
         heaviest=direct.heaviest,
         rate=rate,
-        filters=direct_filters(names, rate, direct.band, direct.finer),
+        filters=tuple(band_filter(name, rate, direct.band, direct.finer) for name in names),
         gains=tuple(gains),
         with_mean=tuple(one.is_approach for one in solved.channels),
     )

@@ -14,7 +14,7 @@ from synth.effects.simulation.pulp import Pulp, attracted_mean
 from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, ROWS, SPEED, Z
 from synth.effects.simulation.steps import LOAD as LOAD_NOW
 from synth.effects.simulation.table_steps import TableStepper
-from synth.response.mean_approach import mean_curve
+from synth.response.mean_approach import heights_of_mean, mean_of
 from synth.response.phases import turns_to_phase
 from tests.few import thorough
 from tests.synth.effects.simulation.table_cases import (
@@ -38,7 +38,7 @@ Motion = Callable[[float], tuple[float, float]]
 
 def with_pulp(steps: TableStepper, spring: float = SPRING, loads: tuple[float, float] = (LOAD, LOAD)) -> TableStepper:
     """Return `steps` on a spring, which is at rest at the mean of z at the present load."""
-    mean = mean_curve(table_of("default")[0], loads, LOAD, 1e-3)
+    mean = mean_of(heights_of_mean(table_of("default")[0]), loads, LOAD, 1e-3)
     return replace(steps, pulp=Pulp(spring, mean))
 
 
