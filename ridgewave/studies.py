@@ -126,7 +126,7 @@ def told_apart(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str,
 
     Example: rw.told_apart(rw.analyze("grating-1mm-31um"), rw.analyze("grating-800um-40um"))["verdict"]
     """
-    from synth.study.told_apart import beside
+    from synth.perception.discrimination import beside
 
     return beside(dict(first), dict(second))
 

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth.study.ready import ready_names, ready_text
-from synth.study.spec import read_spec
+from synth.study.spec import read_spec, ready_names, ready_text
 from tests.conftest import RunsRidgewave
 from tests.few import few
 

@@ -17,7 +17,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.beside is None:
         _print(felt, arguments.json)
         return DONE
-    from synth.study.told_apart import beside
+    from synth.perception.discrimination import beside
 
     other = _felt(arguments, arguments.beside)
     found = beside(felt, other)

@@ -22,7 +22,7 @@ from service.store.own_textures import study_with_imported, texture_named, with_
 from synth.errors import CannotRender
 from synth.scene.text import object_from_text
 from synth.scene.texture_registry import with_files
-from synth.study.ready import ready_names, ready_text
+from synth.study.spec import ready_names, ready_text
 
 if TYPE_CHECKING:
     from synth.study.spec import StudySpec

@@ -16,8 +16,7 @@ from clients.figure_look import BLUE, FAINT, INK, Real, new_figure
 from clients.study_figures import cannot_draw
 from clients.study_figures.axes import in_unit
 from clients.study_figures.period_ratio import ridge_amplitude
-from synth.study.samples import SALTELLI
-from synth.study.sobol import indices_of
+from synth.study.samples import SALTELLI, indices_of
 
 if TYPE_CHECKING:
     from xarray import Dataset

@@ -2,9 +2,9 @@
 
 Stage   STUDY.
 Model   The fundamental of the recording is searched around speed over period, and gives the speed that fits. The
-        model's lines at that speed (`steady_outcome`, `force_outcome`) are set beside the lines that are found. Where
-        the scale of the recording is not known, one gain is chosen: the median of the differences in dB over the lines
-        that are found.
+        model's lines at that speed (`steady_outcome`, `simulated_outcome`) are set beside the lines that are found.
+        Where the scale of the recording is not known, one gain is chosen: the median of the differences in dB over the
+        lines that are found.
 Source  Welch spectra and the rule for lines: `line_search`.
 Limits  A steady scan on a texture. What the model leaves out, such as the resonance of a sensor, is in the differences.
 """
@@ -21,7 +21,6 @@ from synth.arrays import Array
 from synth.errors import Fault, InvalidRequest, shown
 from synth.scene.merge import merge_patch
 from synth.scene.scene import Scene, parse_scene, scene_document
-from synth.study.force_outcome import FORCE, force_lines
 from synth.study.line_search import (
     LOBE,
     MAINS,
@@ -33,6 +32,7 @@ from synth.study.line_search import (
     pause_of,
     spectrum_of,
 )
+from synth.study.simulated_outcome import FORCE, force_lines
 from synth.study.steady_outcome import outcome_of
 from synth.study.variables import QUANTITIES
 

@@ -1,11 +1,11 @@
-"""How a study draws its scenes, where they are not every combination of the axes.
+"""How a study draws its scenes, where they are not every combination of the axes, and the Sobol indices of a sample.
 
 Stage   STUDY, used by `spec`.
 Model   {"kind": "latin_hypercube" | "sobol", "count": n, "seed": 0}: n scenes between the ends of each axis.
         {"kind": "saltelli", "count": n, "seed": 0}: n (d + 2) scenes of d axes, from which Sobol indices follow. Two
         sets of n scenes, A and B, come first; then for each axis the set A with that axis as in B.
         {"kind": "points"}: scene m has the mth value of every axis.
-Source  scipy.stats.qmc; the design: Saltelli et al. (2010), Comput. Phys. Commun. 181.
+Source  scipy.stats.qmc and sobol_indices; the design: Saltelli et al. (2010), Comput. Phys. Commun. 181.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from synth.errors import Fault, SceneError, shown
 FIELDS = ("kind", "count", "seed")
 KINDS, POINTS, SALTELLI = ("latin_hypercube", "sobol", "saltelli"), "points", "saltelli"
 LARGEST = 1 << 31
+RESAMPLES, SEED = 400, 7  # of the bootstrap
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,3 +87,14 @@ def whole_number(
 
 def _refused(where: str, value: object, allowed: str, hint: str) -> SceneError:
     return SceneError([Fault(f"/sample{where}", shown(value), allowed, hint)])
+
+
+def indices_of(answer: Array, parameters: int) -> tuple[Any, Any]:
+    """Return the Sobol indices of `answer`, in the order of the sample, and their bootstrap (`confidence_interval`)."""
+    from scipy.stats import sobol_indices
+
+    sets = answer.reshape(parameters + 2, -1)
+    sources = {"f_A": sets[:1], "f_B": sets[1:2], "f_AB": sets[2:, np.newaxis]}
+    found = sobol_indices(func=sources, n=sets.shape[1])
+    np.random.seed(SEED)  # `bootstrap` of the result takes no other generator
+    return found, found.bootstrap(n_resamples=RESAMPLES)

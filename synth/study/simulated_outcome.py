@@ -1,9 +1,11 @@
-"""The numbers that a study records of a steady scene whose effects are simulated step by step.
+"""What a voice renders of a steady scene: the numbers of a study where effects are simulated, and lines of the force.
 
 Stage   STUDY.
 Model   A voice renders whole periods. Lines are the least squares fit of sines and cosines at multiples of the
-        fundamental; levels are those of the samples.
+        fundamental; levels are those of the samples. The force is that of the effect `tangential` of the scene, or of
+        its defaults, along the scan.
 Limits  What is no multiple of the fundamental is in the levels, not in the lines. A finger at rest is not fitted.
+        Friction without sticking.
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ from synth.voice.voice import open_voice
 
 LEAST, LONGEST = 0.1, 20.0  # s, of whole periods; a longer period is rendered in part
 MOST_FITTED = 512  # lines that are fitted
+FORCE = "tangential_force"
 
 
 def simulated(scene: Scene, lines: int) -> dict[str, Any]:
@@ -61,3 +64,17 @@ def fitted(values: Array, cycles: float, count: int) -> Complex:
     waves = np.outer(2.0 * math.pi * cycles * np.arange(len(values)), np.arange(1, count + 1))
     found = np.linalg.lstsq(np.hstack([np.cos(waves), np.sin(waves)]), values, rcond=None)[0]
     return np.concatenate([np.zeros(1), 0.5 * (found[:count] - 1j * found[count:])])
+
+
+def force_lines(scene: Scene, count: int) -> Array:
+    """Return the amplitudes of `count` lines of the tangential force, N. Raises SceneError as a render does."""
+    seconds, rate = whole_periods(scene), scene.output.sample_rate
+    change = {"effects": {"tangential": {}}, "output": {"duration": seconds, "fade": 0.0}}
+    voice = open_voice(parse_scene(merge_patch(scene_document(scene), change)))
+    values = voice.render(max(2, round(seconds * rate))).astype(np.float64) * voice.full_scale
+    force = values[:, voice.quantities.index(FORCE)]
+    cycles = scene.scan.speed / scene.texture.period / rate
+    highest = min(count, int(0.45 / abs(cycles)), len(values) // 4)
+    lines = np.zeros(count)
+    lines[:highest] = 2.0 * np.abs(fitted(force - np.mean(force), cycles, highest)[1:])
+    return lines

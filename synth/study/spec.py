@@ -19,6 +19,7 @@ from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import asdict, dataclass, field, replace
 from hashlib import sha256
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -40,6 +41,7 @@ PHASES, LEAST_PHASES, MOST_PHASES = 256, 16, 1 << 16
 LINES, MOST_LINES = 32, 4096
 MOST_SCENES = 200_000
 MOST_BYTES = 8 << 30  # of the result
+FOLDER = Path(__file__).with_name("specs")
 
 
 @dataclass(frozen=True, slots=True)
@@ -242,3 +244,13 @@ def _words_fit(spec: StudySpec) -> None:
 
 def _refused(where: str, value: object, allowed: str, hint: str) -> SceneError:
     return SceneError([Fault(where, shown(value), allowed, hint)])
+
+
+def ready_names() -> list[str]:
+    """Return the names of the ready studies, sorted."""
+    return sorted(path.stem for path in FOLDER.glob("*.json"))
+
+
+def ready_text(name: str) -> str:
+    """Return the spec `name`, one of `ready_names`, as JSON text."""
+    return (FOLDER / f"{name}.json").read_text("utf-8")

@@ -10,7 +10,7 @@ import pytest
 import ridgewave as rw
 from synth.contact.scene_contact import contact_of
 from synth.study.comparison import compared
-from synth.study.force_outcome import force_lines
+from synth.study.simulated_outcome import force_lines
 
 RATE = 10_000.0
 SCENE: dict[str, Any] = {

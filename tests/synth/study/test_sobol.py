@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from synth.study.sobol import indices_of
+from synth.study.samples import indices_of
 from synth.study.spec import read_spec
 
 AXES = {name: {"from": 1.0, "to": 2.0} for name in ("groups.ridges", "groups.period_ratio", "groups.load")}
