@@ -3,9 +3,17 @@
 Stage   SURFACES, from files.
 Model   In this order: read the file; convert to metres; treat missing points, or resample; level; report. The heights
         are about their mean and stored as 32-bit numbers. The report is of the heights before that rounding.
+        Resampling, of steps of x that are not equal: straight lines between neighbouring points, read at equal steps
+        from the first point on. Missing points are left out first ("fill"), or only the longest piece without them is
+        kept ("crop"). Levelling: the least-squares plane (tilt) or polynomial of second order (curvature) through the
+        measured points is subtracted.
         An option that contradicts the file is refused, except in place of the resolution tag of an image.
         A set of maps of a material has an import of its own (`importing_maps`), with the same report.
-Limits  The greatest height of a scene's texture is 2 mm and its greatest slope 20 (docs/scene.md). A surface beyond
+Source  Levelling: the F-operation of ISO 25178-2 with a polynomial.
+Limits  Detail that is finer than a new step is lost without a filter. Between distant points the profile is a straight
+        line, which was not measured. The last point is kept only if a step ends there. The fit of a form is not robust:
+        a tall feature shifts it.
+        The greatest height of a scene's texture is 2 mm and its greatest slope 20 (docs/scene.md). A surface beyond
         these limits is imported with a note in the report, and a scene refuses it.
 """
 
@@ -18,14 +26,12 @@ from typing import Any
 
 import numpy as np
 
-from synth.errors import InvalidRequest
+from synth.errors import Fault, InvalidRequest
 from synth.scene.quantity import Dimension, show_quantity
 from synth.surfaces.measurement.import_options import ImportOptions
 from synth.surfaces.measurement.import_report import ImportedSurface, refusals_of_a_scene, report_of
 from synth.surfaces.measurement.import_units import check_no_set, in_metres, option_fault, positions_of
 from synth.surfaces.measurement.importing_maps import import_maps
-from synth.surfaces.measurement.levelling import levelled, tilt_of
-from synth.surfaces.measurement.resampling import resampled
 from synth.surfaces.readers.file_formats import read_surface_file
 from synth.surfaces.readers.map_set import is_set
 from synth.surfaces.readers.surface_file import Heights, Missing, SurfaceFile, check_shape
@@ -50,6 +56,8 @@ MARKS = (
     1e30,
 )  # that programs write for no height
 FAR = 10.0  # times the range of all other heights: such a mark is no height
+POWERS = {"tilt": 1, "curvature": 2}
+WIDE = 5.0  # times the new step: a distance between neighbouring points that a note mentions
 
 
 def import_surface(
@@ -133,3 +141,95 @@ def _whole(
     part = largest_whole_part(missing)
     kept = heights[part].copy()
     return kept, np.zeros(kept.shape, bool), done
+
+
+def levelled(heights: Heights, missing: Missing, level: str) -> Heights:
+    """Return `heights` less their fitted form, with 0 at missing points.
+
+    heights: [n] or [rows, columns].
+    level: "tilt" or "curvature"; "none" changes nothing.
+    """
+    if level == "none":
+        return heights
+    grid, measured = np.atleast_2d(heights), np.atleast_2d(~missing).astype(np.float64)
+    rows, columns = grid.shape
+    x, y = _scale(columns), _scale(rows)
+    order = POWERS[level]
+    terms = [(i, j) for i in range(order + 1) for j in range(order + 1) if i + j <= order and (rows > 1 or not j)]
+    # Each product of two terms is again x^i y^j. So sums over the points suffice, without a matrix row per point.
+    sums: dict[tuple[int, int], float] = {}
+    for i in range(2 * order + 1):
+        along = measured @ x**i
+        for j in range(2 * order + 1):
+            sums[i, j] = float(along @ y**j)
+    products = np.array([[sums[i + k, j + m] for k, m in terms] for i, j in terms])
+    right = np.array([float(y**j @ ((grid * measured) @ x**i)) for i, j in terms])
+    factors = np.linalg.lstsq(products, right, rcond=None)[0]
+    form = np.zeros_like(grid)
+    for (i, j), factor in zip(terms, factors, strict=True):
+        form += factor * np.outer(y**j, x**i)
+    left: Any = (grid - form) * measured
+    return np.asarray(left.reshape(heights.shape))
+
+
+def tilt_of(heights: Heights, missing: Missing) -> tuple[float, ...]:
+    """Return the rise of the fitted plane over the length of the surface, along x, then along y."""
+    grid, measured = np.atleast_2d(heights), np.atleast_2d(~missing).astype(np.float64)
+    rises = []
+    for axis in (1, 0)[: heights.ndim]:
+        at = _scale(grid.shape[axis])
+        weights = measured.sum(axis=1 - axis)
+        total = float(weights.sum())
+        centre = float(weights @ at) / total
+        sums = (grid * measured).sum(axis=1 - axis)
+        spread = float(weights @ (at - centre) ** 2)
+        rises.append(2.0 * float(sums @ (at - centre)) / spread if spread else 0.0)
+    return tuple(rises)
+
+
+def _scale(count: int) -> Heights:
+    return np.linspace(-1.0, 1.0, count) if count > 1 else np.zeros(1)
+
+
+def resampled(
+    positions: Heights, heights: Heights, missing: Missing, rule: str, step: float
+) -> tuple[Heights, dict[str, Any], str]:
+    """Return heights at equal steps, the number of missing points with the rule, and a note of what was done.
+
+    positions: x of each point (m), increasing.
+    rule: for missing points.
+    step: m.
+    Raises InvalidRequest if points are missing and the rule is "refuse", and for a step longer than the profile.
+    """
+    count = int(np.count_nonzero(missing))
+    done = {"points": count, "rule": rule}
+    if count == heights.size:
+        raise InvalidRequest([Fault("/file", "only missing points", "a profile with heights", "Is this the column?")])
+    if count and rule == "refuse":
+        share = f"{count} missing points ({100.0 * count / heights.size:.3g} %)"
+        hint = "Write missing = fill to leave them out, or crop for the longest part without them."
+        raise InvalidRequest([Fault("/missing", share, "no missing points", hint)])
+    kept: Any = ~missing
+    if rule == "crop" and count:
+        from synth.surfaces.measurement.missing_points import largest_whole_part
+
+        kept = largest_whole_part(missing)[0]
+    positions, heights = positions[kept], heights[kept]
+    length = float(positions[-1] - positions[0])
+    if length < step:
+        shown = _shown(length)
+        raise InvalidRequest([Fault("/resample", _shown(step), f"at most {shown}, the length of x", "Write less.")])
+    points = int(length / step * (1.0 + 1e-12)) + 1
+    check_shape((points,))
+    steps = np.diff(positions)
+    note = (
+        f"Resampled linearly to steps of {_shown(step)}. The file has {len(positions)} points in steps from "
+        f"{_shown(float(np.min(steps)))} to {_shown(float(np.max(steps)))}"
+    )
+    if np.max(steps) > WIDE * step:
+        note += ". Across the longest of them the profile is a straight line, which was not measured"
+    return np.interp(positions[0] + step * np.arange(points), positions, heights), done, note
+
+
+def _shown(length: float) -> str:
+    return show_quantity(float(f"{length:.4g}"), Dimension.LENGTH)

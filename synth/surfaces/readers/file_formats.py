@@ -22,8 +22,14 @@ from synth.errors import InvalidRequest, RidgewaveError
 from synth.surfaces.readers import npy, picture, surfer_grid, text, tiff, topography_package
 from synth.surfaces.readers.map_names import PICTURES
 from synth.surfaces.readers.normal_map import check_unit
-from synth.surfaces.readers.surface_file import LARGEST_FILE, SurfaceFile, check_numbers, check_shape, refuse_file
-from synth.surfaces.readers.zip_directory import check_directory
+from synth.surfaces.readers.surface_file import (
+    LARGEST_FILE,
+    SurfaceFile,
+    check_directory,
+    check_numbers,
+    check_shape,
+    refuse_file,
+)
 
 HEAD_BYTES = 4096  # read to recognise the format; the header of a text file can be longer than a signature
 

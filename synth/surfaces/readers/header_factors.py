@@ -4,7 +4,7 @@ Stage   SURFACES, from files.
 Model   A factor is a word such as "scale factor", "gain" or "Skalierung" with a number other than 1; a unit with a
         number ("Unit: 0.1 um"); a length of one count ("0.1 um/LSB"); or a multiplication of the heights.
         An inversion is "positive down", "inverted: yes" and the like. Both refuse the file: a factor may be applied
-        already, and only the user knows. `name_remainder` checks the names of columns.
+        already, and only the user knows. `column_names` checks the names of columns.
 Source  This project's choice of words.
 Limits  "Gain" and "magnification" count only alone or with a word for the heights: microscopes state those of optics.
 """

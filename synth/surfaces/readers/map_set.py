@@ -25,8 +25,7 @@ from typing import NoReturn
 
 from synth.errors import CannotRender, shown
 from synth.surfaces.readers.map_names import DISPLACEMENT, EXAMPLES, NORMAL, PICTURES, ROLES, named, rank
-from synth.surfaces.readers.surface_file import LARGEST_FILE, refuse_file
-from synth.surfaces.readers.zip_directory import check_directory
+from synth.surfaces.readers.surface_file import LARGEST_FILE, check_directory, refuse_file
 
 MOST_FILES = 500  # names in a set; those of the libraries have 3 to 20
 DEEPEST = 2  # folders within the folder: Poly Haven's models have their maps in "textures"

@@ -14,8 +14,7 @@ from PIL import Image
 from synth.errors import InvalidRequest
 from synth.surfaces.measurement.import_options import read_options
 from synth.surfaces.measurement.import_report import ImportedSurface
-from synth.surfaces.measurement.importing import import_surface
-from synth.surfaces.measurement.levelling import levelled
+from synth.surfaces.measurement.importing import import_surface, levelled
 from synth.surfaces.measurement.missing_points import filled, largest_whole_part
 from synth.surfaces.measurement.relief_picture import relief_picture
 
