@@ -27,7 +27,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.area_grid import AreaGrid
 from synth.contact.area_path import AreaContact, Places, read_along, solved_at
-from synth.contact.force_discretisation import ForceDiscretisation
+from synth.contact.forces import ForceDiscretisation
 from synth.contact.geometry import Geometry
 from synth.contact.line import Line
 from synth.contact.load_balance import PhaseSolver

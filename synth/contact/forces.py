@@ -24,14 +24,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.contact.fingertip_solver import FingertipGrid
-from synth.contact.force_discretisation import ForceDiscretisation
 from synth.contact.full_contact import FullContact
 from synth.contact.load_balance import Contact, PhaseSolver
 from synth.contact.pressure import power_integrals, slope_integrals
@@ -43,6 +42,46 @@ OTHER_LOADS = 2.5  # factor on the cost where the load changes the surfaces: cen
 SCALE_PHASES = 16  # phases at which the sensitivity to z is measured; it only scales the error floor, so few are enough
 LOAD_STEP = 1e-4  # of the load: the error of central differences is its square; smaller steps lose digits to rounding
 NO_DEPTH = 1e-300  # m: keeps a quotient finite where rounding leaves no contact
+
+
+@dataclass(frozen=True, slots=True)
+class ForceDiscretisation:
+    """Base class of forces. Its members mean what they mean for a contact.
+
+    contact: gives z and the pressure.
+    """
+
+    contact: Any
+
+    @property
+    def settles(self) -> float:
+        """The value of its contact."""
+        return float(self.contact.settles)
+
+    @property
+    def begins(self) -> float:
+        """The value of its contact."""
+        return float(self.contact.begins)
+
+    @property
+    def refines(self) -> bool:
+        """The value of its contact."""
+        return bool(self.contact.refines)
+
+    def refined(self) -> Self | None:
+        """Return the force on a finer discretisation; None where its contact has none."""
+        return self._on(self.contact.refined())
+
+    def halved(self) -> Self | None:
+        """Return the force on one twice as fine; None where its contact has none."""
+        return self._on(self.contact.halved())
+
+    def doubled(self) -> Self | None:
+        """Return the force on one half as fine; None where its contact has none."""
+        return self._on(self.contact.doubled())
+
+    def _on(self, contact: Any) -> Self | None:
+        return None if contact is None else replace(self, contact=contact)
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,7 +35,7 @@ from synth.response_cache import ResponseCache
 from synth.scene.line_scan import as_written
 from synth.voice.area_force_reading import SolvedForces, reader_of
 from synth.voice.forces_of_scene import READ_AS, Force, Steady, forces_of, require_detail, sum_of_series
-from synth.voice.friction_direction import after_hand, along_scan, directed, own_direction
+from synth.voice.friction_force import after_hand, along_scan, directed, own_direction
 from synth.voice.table_reading import HandReader, ScanReader, TableChannels, delayed
 
 QUANTITY, QUANTITY_ACROSS = "tangential_force", "tangential_force_y"

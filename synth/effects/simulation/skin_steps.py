@@ -41,12 +41,15 @@ from synth.effects.simulation.skin_attraction import held_height
 from synth.effects.simulation.skin_balance import (
     AT_REST,
     TURNS,
+    balance_of,
     free_indentations,
+    loads_of,
+    reaction_of,
     remember,
     settled_height,
     slope_when_pressed,
+    stiffness_of,
 )
-from synth.effects.simulation.skin_forces import balance_of, loads_of, reaction_of, stiffness_of
 from synth.effects.simulation.skin_points import (
     ASIDE,
     DIRECTION,
