@@ -12,24 +12,20 @@ Limits  The size of the cells follows from the ridges and from the shortest wave
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
-from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from typing import ClassVar, Self, TypeVar
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.contact.area_grid import BESIDE, OUTSIDE, AreaGrid, FingerRows
-from synth.contact.area_path import RECENT, heights_along
+from synth.contact.area_path import ContactOnArea
 from synth.contact.area_solver import ROW
 from synth.contact.area_texture import FINER, FINER_OF_SMALLER, MOST_PLACES, stored_texture
-from synth.contact.full_contact import FullContact
 from synth.contact.geometry import Geometry
 from synth.contact.line import MIDDLE, Line
-from synth.contact.load_balance import BEGINS_OVER_AREA, Contact, PhaseSolver
+from synth.contact.load_balance import Contact
 from synth.errors import Fault, SceneError
 from synth.response_cache import kept
 from synth.surfaces.height_field import HeightField
@@ -43,7 +39,6 @@ MOST_CELLS = 1 << 20  # of a finger: 16 MB
 MOST_SMALLER = 8 << 20  # of a finger whose cells are smaller than usual, for a file: 134 MB
 CELLS_TOGETHER = 1 << 18  # that are computed together: 2 MB an array
 NARROW = 1e-4  # least extent of a cell across an edge, relative to its other extent: `beside_edge` divides by it
-SETTLES = 0.25  # part of the error that remains when the cells are halved: the error is of second order
 COARSEST = 4.0  # largest factor on the cells that keeps the texture in memory; a fingertip then has 3 cells per ridge
 
 T = TypeVar("T", bound=Contact)
@@ -129,91 +124,10 @@ def finger_grid(
     return AreaGrid.of(finger, begin, stored, own[0] * own[1] / area, scale)
 
 
-@dataclass(frozen=True)
-class ContactOnArea(Contact):
-    """A finger of one shape on a height field. Its stiffness may depend on the load.
-
-    line: where the finger stands.
-    coarser: factor on the size of the cells.
-    refines: whether `refined` makes them smaller, which files require.
-    """
-
-    of_one_line = False
-    settles, begins = SETTLES, BEGINS_OVER_AREA
-    line: Line = MIDDLE
-    coarser: float = 1.0
-    refines: bool = False
-
-    @property
-    @abstractmethod
-    def lattice(self) -> tuple[tuple[float, float], float]:
-        """Length and width that the cells cover, and the shortest length that they resolve, as `lattice_step` has it.
-
-        Both in m.
-        """
-
-    @cached_property
-    def grid(self) -> PhaseSolver:
-        """Its cells; the profile of its geometry must be a height field."""
-        return self.grid_at(self.line.direction)
-
-    @cached_property
-    def recent(self) -> deque[AreaGrid]:
-        """See `area_path.AreaContact`."""
-        return deque(maxlen=RECENT)
-
-    @abstractmethod
-    def grid_at(self, direction: float) -> AreaGrid:
-        """Return its cells at another direction (rad)."""
-
-    def heights(self, phases: Array, loads: Array, path: Array | None = None) -> Array:
-        """Return z (m) on its line, or along a path; see `fingertip.FingertipContact.heights`."""
-        return heights_along(self, phases, loads, path)
-
-    def sizes(self, loads: Array) -> Array | None:
-        """Return None: the finger has one size."""
-        return None
-
-    @property
-    @abstractmethod
-    def own_area(self) -> float:
-        """Area (m^2) to which its stiffness belongs."""
-
-    def areas(self, loads: Array) -> Array:
-        """Return the area (m^2) to which its stiffness belongs, at each of `loads` (N)."""
-        return np.full(len(loads), self.own_area)
-
-    def on_line(self, line: Line) -> Self:
-        """Return the contact of the same finger on another line."""
-        return replace(self, line=line)
-
-    @property
-    def own_middle(self) -> float:
-        """x of its middle, m."""
-        return 0.5 * self.geometry.contact_length
-
-    def halved(self) -> Self | None:
-        """Return the contact with cells half as large; None where they would be too many."""
-        return smaller_cells(self, *self.lattice)
-
-    def as_profile(self) -> Self:
-        """Return the contact itself."""
-        return self
-
-    def closed(self, load: float) -> FullContact | None:
-        """Return None: the closed form is that of two cosines."""
-        return None
-
-
 class CombOnArea(ContactOnArea):
     """A comb of ridges on a height field, with the stiffness of eqs 4-5 at L."""
 
     hard_edges: ClassVar[bool] = True
-
-    @property
-    def own_size(self) -> tuple[float, float]:
-        """Length and width, m."""
-        return self.geometry.contact_length, self.geometry.contact_length
 
     @property
     def own_area(self) -> float:
@@ -230,6 +144,10 @@ class CombOnArea(ContactOnArea):
         """Its length and width, and the period of its ridges (m)."""
         length = self.geometry.contact_length
         return (length, length), self.geometry.ridge_period
+
+    def halved(self) -> Self | None:
+        """See `Contact`."""
+        return smaller_cells(self, *self.lattice)
 
     def grid_at(self, direction: float) -> AreaGrid:
         """Return its cells at another direction (rad)."""

@@ -26,7 +26,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.area_grid import AreaGrid
-from synth.contact.area_path import AreaContact, Places, read_along, solved_at
+from synth.contact.area_path import ContactOnArea, Places, read_along, solved_at
 from synth.contact.forces import ForceDiscretisation
 from synth.contact.geometry import Geometry
 from synth.contact.line import Line
@@ -44,7 +44,7 @@ class RecentSums:
     def __init__(self) -> None:
         self._known: deque[tuple[AreaGrid, Places, float, Array]] = deque(maxlen=RECENT_SUMS)
 
-    def at(self, contact: AreaContact, grid: AreaGrid, at: Places, exponent: float) -> Array:
+    def at(self, contact: ContactOnArea, grid: AreaGrid, at: Places, exponent: float) -> Array:
         """Return `AreaGrid.force_sums` at the z that balances each load."""
         for known, places, power, sums in list(self._known):
             if known is grid and power == exponent and all(map(np.array_equal, places, at)):

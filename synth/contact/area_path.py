@@ -1,4 +1,4 @@
-"""z of a finger that moves and turns over a height field.
+"""The contacts of fingers over a height field, and z of one that moves and turns there.
 
 Stage   CONTACT.
 Model   The cells of a finger are prepared at directions TURN_STEP apart, counted from that of the contact's line. At a
@@ -14,82 +14,128 @@ Limits  Halfway between two directions, z of square dots differs from that of ce
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections import deque
-from collections.abc import Callable, Hashable
-from dataclasses import replace
-from functools import partial
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from itertools import pairwise
-from typing import Any, NamedTuple, Protocol, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.area_grid import AreaGrid
-from synth.contact.geometry import Geometry
-from synth.contact.line import Line
+from synth.contact.full_contact import FullContact
+from synth.contact.line import MIDDLE, Line
+from synth.contact.load_balance import Contact, PhaseSolver
 from synth.response_cache import PARTS
 from synth.surfaces.height_field import HeightField
+
+if TYPE_CHECKING:
+    from synth.contact.area_grid import AreaGrid
 
 TURN_STEP = math.radians(1.0)  # between two directions
 OVERLAP = 0.1  # of TURN_STEP: here z is solved for both; with less, the change between lattices is heard as a step
 RECENT = 4  # directions, about 1 MB each: a block has two at most, and a hand trembles between two or three
 
 
-class AreaContact(Protocol):
-    """What this module reads of a contact on a height field."""
+SETTLES = 0.25  # part of the error that remains when the cells are halved: the error is of second order
+BEGINS_OVER_AREA = 1.0 / 3.0  # `Contact.begins`: a quarter was too little for 2 of 14 scenes over dots
+
+
+@dataclass(frozen=True)
+class ContactOnArea(Contact):
+    """A finger of one shape on a height field. Its stiffness may depend on the load.
+
+    line: where the finger stands.
+    coarser: factor on the size of the cells.
+    refines: whether `refined` makes them smaller, which files require.
+    """
+
+    of_one_line = False
+    settles, begins = SETTLES, BEGINS_OVER_AREA
+    line: Line = MIDDLE
+    coarser: float = 1.0
+    refines: bool = False
 
     @property
-    def geometry(self) -> Geometry:
-        """The finger, with a height field as its profile."""
+    @abstractmethod
+    def lattice(self) -> tuple[tuple[float, float], float]:
+        """Length and width that the cells cover, and the shortest length that they resolve, as `lattice_step` has it.
+
+        Both in m.
+        """
 
     @property
-    def of_any_direction(self) -> bool:
-        """Whether z does not change when the finger turns."""
+    def own_size(self) -> tuple[float, float]:
+        """Length and width (m) of the region in which it may touch."""
+        return self.lattice[0]
 
-    @property
-    def line(self) -> Line:
-        """Where the finger stands, and its direction."""
+    @cached_property
+    def grid(self) -> PhaseSolver:
+        """Its cells; the profile of its geometry must be a height field."""
+        return self.grid_at(self.line.direction)
 
-    @property
-    def coarser(self) -> float:
-        """Factor on the size of its cells."""
+    @cached_property
+    def recent(self) -> deque[AreaGrid]:
+        """The last RECENT directions that were solved."""
+        return deque(maxlen=RECENT)
 
-    @property
-    def key(self) -> Hashable:
-        """Everything that z depends on."""
+    @abstractmethod
+    def grid_at(self, direction: float) -> AreaGrid:
+        """Return its cells at another direction (rad)."""
 
-    @property
-    def grid(self) -> Any:
-        """Its cells at the direction of its line."""
+    def heights(self, phases: Array, loads: Array, path: Array | None = None) -> Array:
+        """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), on its line or along a path.
 
-    def indentations(self, loads: Array) -> Array:
-        """Return w / k (m) at each of `loads` (N)."""
+        path: how far the texture has moved across (m), and the direction of the finger (rad) [2, phases].
+        """
+        return heights_along(self, phases, loads, path)
 
     def sizes(self, loads: Array) -> Array | None:
-        """Return the size of the finger at each of `loads` (N), see `AreaGrid.finger`; None: that of its cells."""
+        """Return the size of the finger at each of `loads` (N), see `AreaGrid.finger`; None: it has one size."""
+        return None
+
+    hard_edges: ClassVar[bool]
+    """Whether the finger ends at the edges of the region in which it may touch."""
+
+    @abstractmethod
+    def own_heights(self, x: Array, y: Array) -> Array:
+        """Return its height (m) at every pair of `x` and `y` (m) from its middle, along and across it.
+
+        A step beyond the region in which it may touch is asked for too.
+        """
+
+    @property
+    @abstractmethod
+    def own_area(self) -> float:
+        """Area (m^2) to which its stiffness belongs."""
+
+    def areas(self, loads: Array) -> Array:
+        """Return the area (m^2) to which its stiffness belongs, at each of `loads` (N)."""
+        return np.full(len(loads), self.own_area)
 
     def on_line(self, line: Line) -> Self:
         """Return the contact of the same finger on another line."""
-
-    def heights(self, phases: Array, loads: Array, path: Array | None = None) -> Array:
-        """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), on its line or along a path."""
-
-    def halved(self) -> Self | None:
-        """Return the contact with cells half as large; None where they would be too many."""
-
-    def grid_at(self, direction: float) -> AreaGrid:
-        """Return its cells at another direction (rad), at the same y."""
+        return replace(self, line=line)
 
     @property
-    def recent(self) -> deque[AreaGrid]:
-        """The last RECENT directions that were solved."""
+    def own_middle(self) -> float:
+        """x of its middle, m."""
+        return 0.5 * self.geometry.contact_length
+
+    def as_profile(self) -> Self:
+        """Return the contact itself."""
+        return self
+
+    def closed(self, load: float) -> FullContact | None:
+        """Return None: the closed form is that of two cosines."""
+        return None
 
 
-def coarsened(contact: AreaContact, coarser: float) -> Any:
-    """Return `contact`, a dataclass, with cells `coarser` times as large as usual."""
-    if contact.coarser == coarser:
-        return contact
-    return replace(contact, coarser=coarser)  # type: ignore[type-var]
+def coarsened(contact: ContactOnArea, coarser: float) -> Any:
+    """Return `contact` with cells `coarser` times as large as usual."""
+    return contact if contact.coarser == coarser else replace(contact, coarser=coarser)
 
 
 def turned(contact: Any, angle: float) -> Any:
@@ -97,11 +143,11 @@ def turned(contact: Any, angle: float) -> Any:
     return contact.on_line(contact.line._replace(direction=contact.line.direction + angle))
 
 
-def _grid(contact: AreaContact, number: int) -> AreaGrid:
+def _grid(contact: ContactOnArea, number: int) -> AreaGrid:
     """Return the cells at `number` times TURN_STEP from the direction of `contact`."""
     if number == 0:
-        own: AreaGrid = contact.grid
-        return own
+        own: Any = contact.grid
+        return own  # type: ignore[no-any-return]
     direction = contact.line.direction + number * TURN_STEP
     grid: AreaGrid = PARTS.get((_grid, contact.key, number), partial(contact.grid_at, direction))
     contact.recent.append(grid)
@@ -122,22 +168,22 @@ class Places(NamedTuple):
     turns: Array
 
 
-Read = Callable[[AreaGrid, Places], Array]
+Read = Callable[["AreaGrid", Places], Array]
 """Returns a value at each of some places."""
 
 
-def solved_at(contact: AreaContact, grid: AreaGrid, at: Places) -> Array:
+def solved_at(contact: ContactOnArea, grid: AreaGrid, at: Places) -> Array:
     """Return z (m) at some places."""
     indentations, sizes = contact.indentations(at.loads), contact.sizes(at.loads)
     return grid.solve_places(at.phases, at.across, indentations, turns=at.turns, sizes=sizes).height
 
 
-def heights_along(contact: AreaContact, phases: Array, loads: Array, path: Array | None) -> Array:
+def heights_along(contact: ContactOnArea, phases: Array, loads: Array, path: Array | None) -> Array:
     """Return z (m) at each place; the arguments are those of `read_along`."""
     return read_along(contact, phases, loads, path, partial(solved_at, contact))
 
 
-def read_along(contact: AreaContact, phases: Array, loads: Array, path: Array | None, read: Read) -> Array:
+def read_along(contact: ContactOnArea, phases: Array, loads: Array, path: Array | None, read: Read) -> Array:
     """Return a value at each place of a path.
 
     phases: how far the texture has moved along x, turns.
@@ -147,7 +193,7 @@ def read_along(contact: AreaContact, phases: Array, loads: Array, path: Array | 
     """
     if path is None:
         none = np.zeros(len(phases))
-        return read(contact.grid, Places(phases, none, loads, none))
+        return read(_grid(contact, 0), Places(phases, none, loads, none))
     texture, line = contact.geometry.profile, contact.line
     assert isinstance(texture, HeightField)
     across = (path[0] + line.y) / texture.across

@@ -20,12 +20,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Self
+from typing import Self
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.area_contact import CombOnArea, ContactOnArea, beside_edge, finger_grid, lattice_step, rims_of
+from synth.contact.area_contact import CombOnArea, beside_edge, finger_grid, lattice_step, rims_of
 from synth.contact.area_grid import AREA_STEP, OUTSIDE, AreaGrid
 from synth.contact.area_solver import ROW
 from synth.contact.curved_contact import RoundFinger, lowest_approach, span_of
@@ -48,7 +48,7 @@ def covered(load: float) -> float:
 
 
 @dataclass(frozen=True)
-class GrowingCombOnArea(ContactOnArea):
+class GrowingCombOnArea(CombOnArea):
     """A comb of ridges whose square contact follows `growth`; geometry and stiffness are those of the nominal length.
 
     heaviest: the load (N) that the cells serve.
@@ -56,7 +56,6 @@ class GrowingCombOnArea(ContactOnArea):
 
     of_one_shape = False
     of_one_surface = False  # the load moves the ends
-    hard_edges: ClassVar[bool] = True
     growth: Growth = field(kw_only=True)
     heaviest: float = field(kw_only=True, default=USUAL_LOAD)
 
@@ -88,11 +87,6 @@ class GrowingCombOnArea(ContactOnArea):
         return (longest, longest), self.geometry.ridge_period
 
     @property
-    def own_size(self) -> tuple[float, float]:
-        """Length and width (m) at `heaviest`."""
-        return self.lattice[0]
-
-    @property
     def own_area(self) -> float:
         """Area (m^2) at `heaviest`."""
         return self.length(self.heaviest) ** 2
@@ -100,11 +94,6 @@ class GrowingCombOnArea(ContactOnArea):
     def areas(self, loads: Array) -> Array:
         """Return L0^2 (m^2), to which `indentations` belong."""
         return np.full(len(loads), self.geometry.contact_length**2)
-
-    def own_heights(self, x: Array, y: Array) -> Array:
-        """Return its height (m) at every pair of `x` and `y` (m) from its middle, along and across it."""
-        heights = self.geometry.finger(x + 0.5 * self.geometry.contact_length)
-        return np.repeat(heights[:, np.newaxis], len(y), axis=1)
 
     def grid_at(self, direction: float) -> AreaGrid:
         """Return its cells at another direction (rad), relative to L0^2."""
@@ -151,7 +140,7 @@ class GrowingCombOnArea(ContactOnArea):
 
 
 @dataclass(frozen=True)
-class RoundCombOnArea(ContactOnArea):
+class RoundCombOnArea(CombOnArea):
     """A comb of ridges on a finger that is round along its length, of the nominal width.
 
     finger: without its ridges.
@@ -160,7 +149,6 @@ class RoundCombOnArea(ContactOnArea):
     """
 
     of_one_shape = False
-    hard_edges: ClassVar[bool] = True
     finger: RoundFinger = field(kw_only=True)
     heaviest: float = field(kw_only=True, default=USUAL_LOAD)
     deeper: float = field(kw_only=True, default=0.0)
@@ -195,16 +183,6 @@ class RoundCombOnArea(ContactOnArea):
     def lattice(self) -> tuple[tuple[float, float], float]:
         """Length and width of what may touch, and the period of the ridges (m)."""
         return (self.span, self.geometry.contact_length), self.geometry.ridge_period
-
-    @property
-    def own_size(self) -> tuple[float, float]:
-        """Length and width (m) of what may touch."""
-        return self.lattice[0]
-
-    @property
-    def own_area(self) -> float:
-        """L0^2 (m^2), to which its stiffness belongs."""
-        return self.geometry.contact_length**2
 
     def own_heights(self, x: Array, y: Array) -> Array:
         """Return its height (m) at every pair of `x` and `y` (m) from its middle, along and across it."""

@@ -15,22 +15,21 @@ Limits  Columns, nodes and cells are numerics: `halved` brings them closer toget
 from __future__ import annotations
 
 import math
-from collections import deque
-from collections.abc import Hashable
 from dataclasses import dataclass, replace
+from dataclasses import field as dataclass_field
 from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 
 from synth.arrays import Array
+from synth.contact.area_path import BEGINS_OVER_AREA, ContactOnArea
 from synth.contact.finger_columns import COLUMNS, FingerSurface
 from synth.contact.fingertip_solver import FingertipGrid
 from synth.contact.footprint import Footprint
-from synth.contact.full_contact import FullContact
 from synth.contact.geometry import Geometry
 from synth.contact.line import MIDDLE, Line
-from synth.contact.load_balance import BEGINS_OVER_AREA, Contact, PhaseSolver
+from synth.contact.load_balance import Contact, PhaseSolver
 from synth.contact.stiffness import Stiffness
 from synth.contact.texture_nodes import texture_nodes
 from synth.response_cache import kept
@@ -93,7 +92,7 @@ def line_grid(surface: FingerSurface, texture: Profile, scale: float, coarser: f
 
 
 @dataclass(frozen=True)
-class FingertipContact(Contact):
+class FingertipContact(ContactOnArea):
     """A contact of a fingertip: its surface stays the same at every load.
 
     geometry: with the mean ridges, over the nominal length L0; the texture is a profile.
@@ -105,13 +104,8 @@ class FingertipContact(Contact):
     refines: whether `refined` makes them smaller, which files require.
     """
 
-    of_one_line = False
-    settles = 0.25  # as of `area_contact.CombOnArea`
-    field: RidgeField
-    footprint: Footprint
-    line: Line = MIDDLE
-    coarser: float = 1.0
-    refines: bool = False
+    field: RidgeField = dataclass_field(kw_only=True)
+    footprint: Footprint = dataclass_field(kw_only=True)
 
     @property
     def begins(self) -> float:  # type: ignore[override]
@@ -143,7 +137,7 @@ class FingertipContact(Contact):
         if geometry.ridge_amplitude == 0.0:  # eqs 4-5 have no stiffness for two flat surfaces
             law = stiffness
         footprint = Footprint.of(geometry.contact_length, width, geometry.ridge_amplitude, law)
-        return cls(geometry, stiffness, field, footprint, line, coarser, refines)
+        return cls(geometry, stiffness, line, coarser, refines, field=field, footprint=footprint)
 
     @property
     def surface(self) -> FingerSurface:
@@ -164,9 +158,9 @@ class FingertipContact(Contact):
     """x of its middle, m."""
 
     @property
-    def own_size(self) -> tuple[float, float]:
-        """Length and width (m) of the region in which it may touch."""
-        return self.footprint.reach
+    def lattice(self) -> tuple[tuple[float, float], float]:
+        """Length and width of the region in which it may touch, and the period of its ridges (m)."""
+        return self.footprint.reach, self.field.period
 
     @property
     def own_area(self) -> float:
@@ -192,7 +186,7 @@ class FingertipContact(Contact):
         if isinstance(texture, HeightField):
             from synth.contact.area_contact import smaller_cells
 
-            return smaller_cells(self, self.footprint.reach, self.field.period)
+            return smaller_cells(self, *self.lattice)
         columns = COLUMNS * self.footprint.reach[0] / self.field.period / (0.5 * self.coarser)
         if 0.5 * self.coarser < (FINEST if self.refines else 1.0) or columns > MOST_COLUMNS:
             return None
@@ -203,53 +197,13 @@ class FingertipContact(Contact):
         finer.grid.reach_as(grid)
         return finer
 
-    def as_profile(self) -> Self:
-        """Return the contact itself: its texture is a profile."""
-        return self
-
-    def closed(self, load: float) -> FullContact | None:
-        """Return None: the closed form is that of a flat comb."""
-        return None
-
     def width_at(self, load: float) -> float:
         """Return W0 (m): areas are relative to L0 W0 at every load."""
         return self.footprint.width
 
-    @property
-    def key(self) -> Hashable:
-        """Everything that z depends on, for a cache."""
-        parts = self.geometry, self.stiffness, self.field, self.footprint
-        return "fingertip", *parts, self.line, self.coarser, self.refines
-
     def heights(self, phases: Array, loads: Array, path: Array | None = None) -> Array:
-        """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), on its line or along a path.
-
-        path: how far the texture has moved across (m), and the direction of the finger (rad) [2, phases].
-        """
-        if path is None:
-            return super().heights(phases, loads)
-        from synth.contact.area_path import heights_along
-
-        return heights_along(self, phases, loads, path)
-
-    def sizes(self, loads: Array) -> Array | None:
-        """Return None: the finger has one size."""
-        return None
-
-    def areas(self, loads: Array) -> Array:
-        """Return the area (m^2) to which its stiffness belongs, at each of `loads` (N)."""
-        return np.full(len(loads), self.own_area)
-
-    def on_line(self, line: Line) -> Self:
-        """Return the contact of the same finger on another line."""
-        return replace(self, line=line)
-
-    @cached_property
-    def recent(self) -> deque[AreaGrid]:
-        """See `area_path.AreaContact`."""
-        from synth.contact.area_path import RECENT
-
-        return deque(maxlen=RECENT)
+        """See `ContactOnArea`."""
+        return Contact.heights(self, phases, loads) if path is None else super().heights(phases, loads, path)
 
     def grid_at(self, direction: float) -> AreaGrid:
         """Return its cells on a height field at another direction (rad)."""

@@ -61,9 +61,6 @@ def solver_of(geometry: Geometry, dome: float = 0.0) -> PhaseSolver:
     return Grid.of_geometry(geometry) if geometry.profile is None else SegmentGrid.of_geometry(geometry, dome)
 
 
-BEGINS_OVER_AREA = 1.0 / 3.0  # `Contact.begins`: a quarter was too little for 2 of 14 scenes over dots
-
-
 @dataclass(frozen=True)
 class Contact:
     """Geometry and stiffness of one scene. Their solver is prepared when it is first needed."""

@@ -26,8 +26,9 @@ from typing import ClassVar, Self
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.area_contact import ContactOnArea, finger_grid, lattice_step, rims_of
+from synth.contact.area_contact import finger_grid, lattice_step, rims_of, smaller_cells
 from synth.contact.area_grid import AreaGrid
+from synth.contact.area_path import ContactOnArea
 from synth.contact.curved_contact import USUAL_LOAD, RoundFinger, span_of
 from synth.contact.geometry import Geometry
 from synth.contact.line import Line
@@ -85,11 +86,6 @@ class TipOnArea(ContactOnArea):
     hard_edges: ClassVar[bool] = False
 
     @property
-    def own_size(self) -> tuple[float, float]:
-        """Length and width (m) of what may touch."""
-        return self.span, self.span
-
-    @property
     def own_area(self) -> float:
         """R^2 (m^2), to which its stiffness belongs."""
         return self.tip.radius**2
@@ -114,6 +110,10 @@ class TipOnArea(ContactOnArea):
     def stiffness_at(self, load: float) -> float:
         """Return K R^2 (N/m) at `load` (N); 0 at no load."""
         return load / self.indentation(load) if load > 0.0 else 0.0
+
+    def halved(self) -> Self | None:
+        """See `Contact`."""
+        return smaller_cells(self, *self.lattice)
 
     def grid_at(self, direction: float) -> AreaGrid:
         """Return its cells, the same at every direction."""

@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from synth.contact.area_path import ContactOnArea
 from synth.contact.load_balance import Contact
 from synth.effects.simulation.pulp import NO_PULP, Pulp, attracted_mean
 from synth.effects.simulation.steps import Stepper, StiffnessLaw
@@ -56,8 +57,8 @@ def point_stepper(case: SimulationCase, terms: Terms, points: int, mean: Mean | 
     if contact.of_one_line:
         found = SkinPoints.of_contact(contact, heaviest, points)
     else:
-        area: Any = contact  # it has the members of `skin_points.AreaFinger`
-        found = SkinPoints.over_area(area, _lowest(contact, heaviest) - sunk, points)
+        assert isinstance(contact, ContactOnArea)
+        found = SkinPoints.over_area(contact, _lowest(contact, heaviest) - sunk, points)
     forces, span = slope_forces(case), Span.of(contact, heaviest) if case.load_varies else WHOLE
     stepper = SkinStepper(
         found, terms.skin or ELASTIC, stiffness, terms.mass, terms.damping, forces, NO_PULP, span, pull, reach or 1.0

@@ -22,16 +22,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 
 from synth.arrays import Array
+from synth.contact.area_path import ContactOnArea
 from synth.contact.area_shapes import GrowingCombOnArea
 from synth.contact.exact_solver import angles_of_centres
 from synth.contact.geometry import Geometry
 from synth.contact.growing_contact import GrowingContact
-from synth.contact.line import MIDDLE
 from synth.contact.load_balance import Contact
 from synth.kernels import inlined, inner
 from synth.surfaces.height_field import HeightField
@@ -45,40 +44,6 @@ ORIGIN, PERIOD, WIDTH, ASIDE, DIRECTION, PIECES_ALONG, ROWS_ACROSS = range(7)
 """Numbers of a place: x of the middle of the finger, and periods along and across (m); how far the texture has moved
 across (m), and the direction of the finger (rad), where it stays on its line; pieces and rows over its region."""
 NO_RIMS = np.empty((2, 0))
-
-
-class AreaFinger(Protocol):
-    """What this module reads of the contact of a finger over an area."""
-
-    @property
-    def geometry(self) -> Geometry:
-        """Both surfaces."""
-
-    @property
-    def own_size(self) -> tuple[float, float]:
-        """Length and width (m) of the region in which the finger may touch."""
-
-    @property
-    def own_area(self) -> float:
-        """Area (m^2) to which the stiffness belongs."""
-
-    @property
-    def own_middle(self) -> float:
-        """x of the middle of the finger, m."""
-
-    @property
-    def of_one_surface(self) -> bool:
-        """Whether the same places may touch at every load."""
-
-    @property
-    def hard_edges(self) -> bool:
-        """Whether the finger ends at the edges of that region."""
-
-    def own_heights(self, x: Array, y: Array) -> Array:
-        """Return the heights (m) at every pair of `x` and `y` (m) from its middle, along and across the finger.
-
-        A step beyond the region is asked for too.
-        """
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +88,7 @@ class SkinPoints:
         return cls(rows, np.empty((0, 0)), place, weights, scale)
 
     @classmethod
-    def over_area(cls, contact: AreaFinger, lowest: float, points: int) -> SkinPoints:
+    def over_area(cls, contact: ContactOnArea, lowest: float, points: int) -> SkinPoints:
         """Return some `points` points of a finger over an area, where it can touch.
 
         lowest: height (m) of the finger above which it can touch.
@@ -147,7 +112,7 @@ class SkinPoints:
             found.append(np.stack([heights / scale, x, np.full(len(x), y), joined])[:, near])
         *rows, joined = np.concatenate(found, axis=1)
         weights = (step * across / contact.own_area * (len(joined) - 1)) * joined[:-1]
-        line = getattr(contact, "line", MIDDLE)
+        line = contact.line
         if isinstance(texture, HeightField):
             lattice = _over_area(texture, step, across, scale)
             place = np.array(
