@@ -16,7 +16,7 @@ Limits  What is worse outside of the pieces is missed, and so is a peak between 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Hashable, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -104,16 +104,15 @@ def _beside_own_peaks(steady: SteadyScan, frames: FramePlan, peaks: Mapping[int,
 
 
 class _Pieces:
-    """The pieces of a motion on which its plan is judged. What is solved is kept for the next call.
+    """The pieces of a motion on which its plan is judged.
 
     steady, plan: of `with_pieces`.
     mean: mean of z over a period, as for `FrameSolver`.
     """
 
     def __init__(self, steady: SteadyScan, plan: FramePlan, mean: SolvedMean) -> None:
-        self._steady, self._plan, self._mean = steady, plan, mean
+        self._steady, self._plan, self.mean = steady, plan, mean
         self._places = pieces(steady.scene).values()
-        self._known: dict[Hashable, dict[int, Array]] = {}
         self.finer = min(MOST_FINER, math.floor(self.room(plan)))
 
     def room(self, plan: FramePlan) -> float:
@@ -124,19 +123,13 @@ class _Pieces:
         """Return the frames of the pieces, their folded errors, and the errors that are left of their landings, SI."""
         orders, rate = self._steady.orders, self._steady.scene.output.sample_rate
         solver = FrameSolver(
-            contact.heights, self._steady.scene, self._mean, rate, count=2 * count, stride=self._plan.stride,
+            contact.heights, self._steady.scene, self.mean, rate, count=2 * count, stride=self._plan.stride,
             scale=self._plan.scale, longest=0, margin=NEAR_MARGIN,
             landings=dict(zip(orders, landing.tolist(), strict=True)), finer=self.finer,
-            known=self._known.setdefault((count, contact.key), {}),
         )  # fmt: skip
         numbers = sorted({math.floor(place * rate / solver.chunk) for place in self._places})
         frames, folded, left = zip(*(solver.folded(number, orders) for number in numbers), strict=True)
         return np.concatenate(frames, axis=1), np.max(folded, axis=0), np.max(left, axis=0)
-
-    def use(self, mean: SolvedMean) -> None:
-        """Subtract another mean from now on."""
-        self._mean = mean
-        self._known.clear()
 
     def of_mean(self, mean: SolvedMean) -> Array:
         """Return the errors of each order (SI) along the motion by the loads and by the places of a mean [2, orders].
@@ -214,7 +207,7 @@ def with_pieces(
     if not own.all():
         return contact, mean, plan
     choice, mean = choice.closer(mean, parts.of_mean, SHARE * tolerance * own)
-    parts.use(mean)
+    parts.mean = mean
     usual, landing = contact, LANDING_SHARE * tolerance * own
     frames, changed, left = parts.solved(contact, count, landing)
     if (larger := contact.doubled()) is not None:

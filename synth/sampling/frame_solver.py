@@ -74,7 +74,6 @@ class FrameSolver:
     margin: frames on each side of a chunk at the full band.
     landings: largest error (SI) of each order of the time derivatives that a landing may leave.
     finer: largest number of solutions in a landing for each usual one.
-    known: what a solver of the same steps has solved, to which all is added; None: only what the next chunk shares.
     chunk: number of frames that are solved together; `longest` at most, but no shorter than the margins.
     """
 
@@ -93,7 +92,6 @@ class FrameSolver:
         whole: bool = False,
         landings: Mapping[int, float] = MappingProxyType({}),
         finer: int = 1,
-        known: dict[int, Array] | None = None,
     ) -> None:
         self._heights, self._scene, self._whole = heights, scene, whole
         self._scan, self._period = scene.scan, scene.texture.period
@@ -106,7 +104,7 @@ class FrameSolver:
         self._parts = max(2, min(room, max(CHUNK, 4 * self._margin)) // self._margin)
         self.chunk = self._parts * self._margin
         self._mean = mean
-        self._known, self._shared = known, {} if known is None else known  # parts that are solved, by number
+        self._shared: dict[int, Array] = {}  # parts of a chunk that the next one shares, by number
 
     @property
     def memory_bytes(self) -> int:
@@ -203,10 +201,7 @@ class FrameSolver:
         """
         first = number * self._parts - 1
         parts = {one: self._part(one) for one in range(first, first + self._parts + 2)}
-        if self._known is None:
-            self._shared = {one: parts[one] for one in (first + self._parts, first + self._parts + 1)}
-        else:
-            self._known.update(parts)
+        self._shared = {one: parts[one] for one in (first + self._parts, first + self._parts + 1)}
         return np.concatenate(list(parts.values()), axis=1)
 
     def _part(self, number: int) -> Array:

@@ -46,10 +46,8 @@ class Voice:
     """Renders one scene, block after block.
 
     solved: result of `prepare`. If it was prepared for a hand, every motion is rendered as that of a hand.
-    phase: of the texture at frame 0, a 64-bit fraction of a turn.
     live: for an interactive hand: its table is made now, and automatic full scales allow for the hand.
     paced: blocks have deadlines.
-    exact: the table of a hand is made to the tolerance.
     cache: responses and tables shared with other voices.
     frame: the next frame.
     channels: number of channels of a block.
@@ -59,19 +57,16 @@ class Voice:
         self,
         solved: Preparation,
         *,
-        phase: int = 0,
         live: bool = False,
         paced: bool = False,
-        exact: bool = False,
         cache: ResponseCache | None = None,
     ) -> None:
-        self._exact = exact
         self._cache = cache or SHARED
         self.solved = solved = with_hand_scale(solved, self._cache) if live else solved
         self.scene = solved.scene
         self.frame = 0
         self.channels = len(solved.all_channels)
-        self._phase, self._live = phase, live
+        self._phase, self._live = 0, live
         self._by_hand = solved.by_hand
         sounds = solved.spectrum is not None or (solved.effects is not None and bool(solved.effects.stages))
         self._moves = solved.moving and not solved.by_hand and sounds
@@ -93,7 +88,7 @@ class Voice:
             self._scan = ScanReader(reader_of(solved), solved.scene)
         self._effects: VoiceEffects | None = None
         if solved.effects is not None and sounds and not solved.by_hand:
-            self._effects = _effects_of(solved, phase, paced=live or paced)
+            self._effects = _effects_of(solved, paced=live or paced)
         self._before = np.full(4, math.nan)
         self._skin: SkinAfterHand | None = None
         self._for_hand = solved if solved.by_hand else None
@@ -265,7 +260,7 @@ class Voice:
     def _ready_for_hand(self) -> None:
         """Make the reader (unless a simulation replaces it) and the effects that follow a hand."""
         if self._for_hand is None:
-            self._for_hand = prepare_hand(self.scene, self.full_scale, self._cache, exact=self._exact)
+            self._for_hand = prepare_hand(self.scene, self.full_scale, self._cache)
         hand = self._for_hand
         mover = mover_of(hand.scene, by_hand=True)
         if mover is not None:
@@ -275,7 +270,7 @@ class Voice:
 
             self._hand = HandReader(reader_of(hand), hand.scene.texture.period, self.sample_rate)
         if hand.effects is not None:
-            self._hand_effects = _effects_of(hand, 0, paced=self._live)
+            self._hand_effects = _effects_of(hand, paced=self._live)
 
     def twin(self) -> Voice:
         """Return a new voice for a hand with this one's scene, gain and table. With effects this takes milliseconds."""
@@ -300,11 +295,11 @@ class Voice:
         self.frame = index(frame)
 
 
-def _effects_of(solved: Preparation, phase: int, *, paced: bool) -> VoiceEffects:
+def _effects_of(solved: Preparation, *, paced: bool) -> VoiceEffects:
     """Return the effects of a voice. The import is here because only a scene with effects needs it."""
     from synth.voice.voice_effects import VoiceEffects
 
-    return VoiceEffects(solved, phase, paced=paced)
+    return VoiceEffects(solved, paced=paced)
 
 
 def open_voice(scene: SceneLike, *, cache: ResponseCache | None = None, live: bool = False) -> Voice:

@@ -28,22 +28,21 @@ class VoiceEffects:
     """The running effects of one voice.
 
     solved: the prepared scene.
-    phase: of the texture at frame 0, a 64-bit fraction of a turn.
     paced: blocks have deadlines, so at most PACED_SETTLING is simulated before the first.
     place: phase of the texture at the next frame of a hand, uint64 [1].
     """
 
-    def __init__(self, solved: Preparation, phase: int, *, paced: bool) -> None:
+    def __init__(self, solved: Preparation, *, paced: bool) -> None:
         assert solved.effects is not None
         self.solved, self._effects = solved, solved.effects
-        self.place = np.array([phase], dtype=np.uint64)
+        self.place = np.zeros(1, dtype=np.uint64)
         self._plan = self._effects.simulation
         self._simulation = None if self._plan is None else self._plan.simulation
         if paced and self._simulation is not None:
             settling = min(self._simulation.settling, PACED_SETTLING)
             self._simulation = replace(self._simulation, settling=settling)
-        self._running = self._run_from(phase)
-        self._stages = [(stage, stage.start(phase)) for stage in self._effects.stages]
+        self._running = self._run_from(0)
+        self._stages = [(stage, stage.start(0)) for stage in self._effects.stages]
 
     def _run_from(self, phase: int) -> Running | None:
         if self._simulation is None:
