@@ -33,7 +33,8 @@ from synth.held_memory import held_by
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.contact_steppers import point_stepper, table_stepper
 from synth.plan.effect_choice import SimulationCase
-from synth.plan.simulation_plan import SimulationPlan, refinement, resized
+from synth.plan.pilot_run import filters_of, started
+from synth.plan.simulation_plan import SimulationPlan, refinement
 from synth.response.demand import harmonics_of
 from synth.response.lift_gate import gate
 from synth.response.series_curve import SeriesCurve
@@ -133,7 +134,9 @@ class Simulated:
 
     def resized(self, steps: int, stepper: Stepper) -> Simulation:
         """Return the simulation in `steps` steps per frame on `stepper`."""
-        return resized(self.plan, self.request, self.terms, steps, stepper)
+        filters = filters_of(self.request, self.terms, steps)
+        begun = started(replace(self.plan.nominal, stepper=stepper, steps=steps, filters=filters), self.request)
+        return replace(begun.simulation, scene=self.request.scene, offset=begun.offset)
 
 
 def simulated_reference(scene: Simulated) -> tuple[FrameReference, int, float]:

@@ -1,4 +1,4 @@
-"""Runs of a simulation at the scan's own speed and load, and along its own motion, and the errors that they show.
+"""Runs of a simulation at the scan's own speed and load, and along its own motion, their filters and their errors.
 
 Stage   2 (PLAN), used by `simulation_plan`.
 Model   A pilot is a run of whole texture periods of the steady scan. A stroke or a recording is also run along its own
@@ -21,8 +21,11 @@ from synth.arrays import Array
 from synth.effects.simulation.periodic import FEWEST_STEPS as FEWEST_OF_PERIOD
 from synth.effects.simulation.periodic import LONGEST, Period, steady_of
 from synth.effects.simulation.running import RESPONSE, Running, Signal, Simulation
+from synth.effects.simulation.terms import Terms
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
 from synth.plan.effect_choice import SimulationCase, relative_change, stiffness_round
+from synth.sampling.decimation import Decimator, narrowest
+from synth.sampling.frame_solver import WHOLE_TO, edge_of
 from synth.scene.output_section import BAND
 
 PILOT, LONGEST_PILOT = 0.05, 20.0  # s, shortest run of whole periods, and longest run if a period is longer than that
@@ -32,6 +35,11 @@ OWN = 1.0  # s of a stroke or a recording along which the number of steps is jud
 LEAST_SHARE = 0.3  # of the tolerance, for steps and points where the series needs nearly all of it
 SECOND_ORDER, SLOWEST = 0.25, 2.0 / 3.0  # of an error that steps of half the length leave: least and most
 UNLIKE = 3.0  # times the difference between two parts of a motion that does not repeat: others may differ more
+STEADY_BAND, MOVING_BAND = (0.40, 0.45), (0.35, 0.49)  # kept and removed band, as parts of the rate
+# Kept and removed band, as parts of a narrower bandwidth: of a live scan, behind a hand, and where only steps and
+# points are compared. A steeper filter looks further ahead, which would increase the delay of a hand, 2.6 ms at 1 kHz.
+SCAN_BAND, HAND_BAND, JUDGED_BAND = (0.9, 1.0), (1.0, 2.0), (1.0, 1.5)
+LEAST_ATTENUATION, MOST_ATTENUATION = 70.0, 140.0  # dB
 LEFT_BY_TABLE = 1.0  # largest error over the change by a table half as fine: derivatives of z gain one order, or less
 
 
@@ -190,3 +198,33 @@ def start_errors(case: SimulationCase, tried: Pilot) -> tuple[float, ...]:
         earlier.own[:1] += earlier.offset - tried.offset
     factor = 1.0 / -math.expm1(-simulation.settling / memory) if memory > 0.0 else 1.0
     return tuple((factor if tried.repeats else UNLIKE) * one for one in tried.differs_from(earlier))
+
+
+def attenuation_of(case: SimulationCase) -> float:
+    """Return the attenuation (dB) of removed components: to a tenth of the tolerance."""
+    return min(max(-20.0 * math.log10(0.1 * case.tolerance), LEAST_ATTENUATION), MOST_ATTENUATION)
+
+
+def filters_of(case: SimulationCase, terms: Terms, steps: int, *, judged: bool = False) -> Decimator:
+    """Return the decimator from `steps` steps to a frame.
+
+    If the mass has an effect within the band, the decimator compensates for the amplitude that its steps lose.
+
+    judged: for a pilot that is only compared with others; its filter is shorter.
+    """
+    orders = tuple(sorted({0, *case.orders}))
+    rate, width = case.scene.output.sample_rate, 0.0
+    kept, removed = MOVING_BAND if case.moving else STEADY_BAND  # parts of the rate
+    narrow = case.scene.output.bandwidth_hz / rate
+    if narrow < kept:
+        kept, removed = JUDGED_BAND if judged else HAND_BAND if case.by_hand else SCAN_BAND
+        kept, removed = kept * narrow, min(removed * narrow, MOVING_BAND[1])
+        if case.live and not case.by_hand:
+            removed = max(removed, kept + narrowest(attenuation_of(case)))
+        if not judged and not case.live:
+            half, width = edge_of(narrow / BAND)
+            kept, removed = WHOLE_TO * narrow, 2.0 * half - WHOLE_TO * narrow
+    heavy = is_heavy(case, terms.mass)
+    late = 0.0 if terms.skin is None else 1.0 - terms.skin.coefficients(1.0 / (rate * steps))[2]
+    both, damped = (kept, removed), attenuation_of(case)
+    return Decimator.of(orders, rate, steps, both, damped, width=width, of_mass=heavy, late=late, live=case.live)

@@ -31,7 +31,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.effects.simulation.running import RESPONSE, WHOLE, Signal, Simulation
-from synth.effects.simulation.steps import Stepper
 from synth.effects.simulation.terms import ELASTIC, Terms
 from synth.motion.moved_skin import mover_of
 from synth.plan.contact_steppers import TIGHTEST_TABLE, point_stepper, slope_forces, table_stepper, table_tolerance
@@ -40,7 +39,8 @@ from synth.plan.pilot_run import (
     LONGEST_OWN,
     SEARCHED,
     Pilot,
-    is_heavy,
+    attenuation_of,
+    filters_of,
     left_by_series,
     run_own,
     run_pilot,
@@ -52,15 +52,8 @@ from synth.plan.pilot_run import (
 )
 from synth.response.demand import Complex
 from synth.response.lift_gate import gate
-from synth.sampling.decimation import Decimator, narrowest
-from synth.sampling.frame_solver import WHOLE_TO, edge_of
-from synth.scene.output_section import BAND, FULL_BAND, Channel
+from synth.scene.output_section import FULL_BAND, Channel
 
-STEADY_BAND, MOVING_BAND = (0.40, 0.45), (0.35, 0.49)  # kept and removed band, as parts of the rate
-# Kept and removed band, as parts of a narrower bandwidth: of a live scan, behind a hand, and where only steps and
-# points are compared. A steeper filter looks further ahead, which would increase the delay of a hand, 2.6 ms at 1 kHz.
-SCAN_BAND, HAND_BAND, JUDGED_BAND = (0.9, 1.0), (1.0, 2.0), (1.0, 1.5)
-LEAST_ATTENUATION, MOST_ATTENUATION = 70.0, 140.0  # dB
 FEWEST_STEPS = 96e3  # smallest number of steps per second: contacts change within tens of microseconds
 DOUBLED, DOUBLED_LIVE = 3, 1  # doublings of the fewest steps after which a motion counts as one that does not repeat
 SETTLING = 0.5  # s that are simulated before the first frame of a run that begins in the middle of its motion
@@ -188,16 +181,16 @@ def plan_simulation(case: SimulationCase, terms: Terms, *, of_points: bool = Fal
         if not tried.repeats or dear or all(map(float.__le__, of_steps, allowed)):
             break
         tried, before = finer, of_steps
-    filters = _filters_of(case, terms, tried.simulation.steps)
+    filters = filters_of(case, terms, tried.simulation.steps)
     heard = run_pilot(replace(tried.simulation, filters=filters), case)
     change, peaks = _change_and_peaks(case, heard)
     steady = heard.simulation.steady
     of_series = not case.moving and steady is not None and steady.harmonics is not None
-    filtered = 0.0 if of_series else 10.0 ** (-_attenuation_of(case) / 20.0) + filters.droop
+    filtered = 0.0 if of_series else 10.0 ** (-attenuation_of(case) / 20.0) + filters.droop
     parts = zip(steps_errors(of_steps, before), of_contact, start_errors(case, tried), own, strict=True)
     errors = tuple(sum(each) + filtered for each in parts)
     ready = replace(heard.simulation, scene=case.scene, offset=heard.offset)
-    twice, *halves = (replace(one, filters=_filters_of(case, terms, one.steps)) for one in (finer.simulation, *pair))
+    twice, *halves = (replace(one, filters=filters_of(case, terms, one.steps)) for one in (finer.simulation, *pair))
     return SimulationPlan(
         ready, case.orders, change, errors, peaks, heard, twice, tuple(halves), filtered, of_series, table_finer
     )
@@ -254,16 +247,6 @@ def _on_more_points(
         if not tried.repeats or enough or refinement(case) * tried.work > patience:
             break
     return tried, errors, (before.simulation, tried.simulation)
-
-
-def resized(plan: SimulationPlan, case: SimulationCase, terms: Terms, steps: int, stepper: Stepper) -> Simulation:
-    """Return the simulation of `plan` with `steps` steps per frame and another stepper of the same contact.
-
-    case, terms: those of the plan.
-    """
-    first = replace(plan.nominal, stepper=stepper, steps=steps, filters=_filters_of(case, terms, steps))
-    begun = started(first, case)
-    return replace(begun.simulation, scene=case.scene, offset=begun.offset)
 
 
 def refinement(case: SimulationCase) -> int:
@@ -323,7 +306,7 @@ def _begun(case: SimulationCase, terms: Terms, points: int) -> Pilot:
 def _halved_steps(case: SimulationCase, terms: Terms, simulation: Simulation) -> Simulation:
     """Return `simulation` of a pilot in steps of half the length."""
     steps = 2 * simulation.steps
-    return replace(simulation, steps=steps, filters=_filters_of(case, terms, steps, judged=True))
+    return replace(simulation, steps=steps, filters=filters_of(case, terms, steps, judged=True))
 
 
 def _first_simulation(case: SimulationCase, terms: Terms, points: int) -> Simulation:
@@ -334,40 +317,10 @@ def _first_simulation(case: SimulationCase, terms: Terms, points: int) -> Simula
         stepper=stepper,
         scene=case.nominal,
         steps=steps,
-        filters=_filters_of(case, terms, steps, judged=True),
+        filters=filters_of(case, terms, steps, judged=True),
         reference=mean,
         offset=0.0,
         held=terms.adhesion is not None,
         settling=SETTLING,
         whole=case.live,
     )
-
-
-def _attenuation_of(case: SimulationCase) -> float:
-    """Return the attenuation (dB) of removed components: to a tenth of the tolerance."""
-    return min(max(-20.0 * math.log10(0.1 * case.tolerance), LEAST_ATTENUATION), MOST_ATTENUATION)
-
-
-def _filters_of(case: SimulationCase, terms: Terms, steps: int, *, judged: bool = False) -> Decimator:
-    """Return the decimator from `steps` steps to a frame.
-
-    If the mass has an effect within the band, the decimator compensates for the amplitude that its steps lose.
-
-    judged: for a pilot that is only compared with others; its filter is shorter.
-    """
-    orders = tuple(sorted({0, *case.orders}))
-    rate, width = case.scene.output.sample_rate, 0.0
-    kept, removed = MOVING_BAND if case.moving else STEADY_BAND  # parts of the rate
-    narrow = case.scene.output.bandwidth_hz / rate
-    if narrow < kept:
-        kept, removed = JUDGED_BAND if judged else HAND_BAND if case.by_hand else SCAN_BAND
-        kept, removed = kept * narrow, min(removed * narrow, MOVING_BAND[1])
-        if case.live and not case.by_hand:
-            removed = max(removed, kept + narrowest(_attenuation_of(case)))
-        if not judged and not case.live:
-            half, width = edge_of(narrow / BAND)
-            kept, removed = WHOLE_TO * narrow, 2.0 * half - WHOLE_TO * narrow
-    heavy = is_heavy(case, terms.mass)
-    late = 0.0 if terms.skin is None else 1.0 - terms.skin.coefficients(1.0 / (rate * steps))[2]
-    both, damped = (kept, removed), _attenuation_of(case)
-    return Decimator.of(orders, rate, steps, both, damped, width=width, of_mass=heavy, late=late, live=case.live)
