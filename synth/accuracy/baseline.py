@@ -1,10 +1,12 @@
-"""The baseline for a steady scan: a sum over samples and SciPy's `brentq`, for every frame or as a table of one period.
+"""The baseline: a sum over samples and SciPy's `brentq`, for every frame, as a table of one period, or along a motion.
 
-Stage   no stage. A report of accuracy compares it with `methods`.
+Stage   no stage. A report of accuracy compares it with `methods` and `motion_methods`.
 Model   Eq. 1 is integral over [0, L] of max(h - z, 0) dx = w L / k. The integral is computed on equally spaced points,
         and `brentq` finds z, one phase at a time. Under a fingertip the integral is a sum over equally spaced points of
         its area. "Frames" are solved at each output frame, or are oversampled and then band-limited. A "table" is one
         period, solved once and read like any series. From size to size, both the points and the solutions increase.
+        Along a motion the rules are those at the place and the load of each of equal steps, over the length that the
+        heaviest load touches. The filter that makes frames of the steps is that of the engine.
 Source  Fagiani & Barbieri (2016), eqs 1-5.
 Limits  The times are those of `brentq` at PROBES phases, scaled to the number of phases. The errors are those of the
         same roots, found by Newton's method on the points that touch: it ends, because the sum is convex and piecewise
@@ -17,15 +19,19 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any
 
 import numpy as np
 
-from synth.accuracy.method import Method, Ready
+from synth.accuracy.method import LeftOutMethod, Method, Ready
 from synth.accuracy.methods import Case, Solve, read_by, seconds_a_phase
+from synth.accuracy.motion import MotionCase
 from synth.arrays import Array
+from synth.contact.area_path import ContactOnArea
 from synth.contact.load_balance import Contact
+from synth.motion.scan_motion import ScanMotion
 from synth.response.series_curve import SeriesCurve
 from synth.surfaces.height_field import HeightField
 
@@ -33,9 +39,14 @@ SIZES = tuple((25 * 2**power, 2 ** round(0.45 * power)) for power in range(8))
 """Points per ridge and solutions per frame. Folding is proportional to solutions^-2.5, and the error of the rule to
 points^-2. The largest size takes 3 ms per phase."""
 TABLED = 512  # phases of a table per solution per frame of the same size
-TIMED = 16  # phases of a timed run of frames
+TIMED = 16  # phases of a timed run of frames, and places of a motion at which `brentq` is timed
 AREA_SIZES = ((4, 64), (8, 128), (16, 256), (32, 512))
 """Points per ridge along and across, and phases, of the sum over the area of a fingertip."""
+SIZES_ALONG = tuple((25 * 2**power, 0.25 * 2 ** round(0.45 * power)) for power in range(7))
+"""Points per ridge of a comb, and steps as a part of those of the plan."""
+AREA_SIZES_ALONG = ((2, 0.25), (4, 0.5), (8, 0.5), (16, 1.0))
+"""Points per ridge along and across of a finger over an area, and steps as a part of those of the plan."""
+MOST_POINTS = 1 << 22  # of an area; more take gigabytes
 
 
 class Rule(ABC):
@@ -197,3 +208,78 @@ def _tabled(case: Case, rule: Rule, name: str, phases: int) -> Method:
         return read_by(case, SeriesCurve(case.series(roots, phases)), setup=phases * seconds_a_phase(solved))
 
     return Method(name, "baseline", set_up, phases * seconds_a_phase(roots))
+
+
+@dataclass(frozen=True)
+class RuleAlong:
+    """A rule at the places and loads of a motion.
+
+    contact: over one length that serves all loads.
+    y: place of the finger across, m, where the motion has no path.
+    """
+
+    rule: Rule
+    contact: Contact
+    y: float = 0.0
+
+    def heights(self, phases: Array, loads: Array, path: Array | None = None) -> Array:
+        """Return z (m) as `Contact.heights` does, on its line or along a path without turns."""
+        return self.rule.roots(phases, self.contact.indentations(loads), self._across(phases, path))
+
+    def solved(self, phases: Array, loads: Array, path: Array | None = None) -> Array:
+        """Return the same z, found with `brentq`."""
+        return self.rule.solved(phases, self.contact.indentations(loads), self._across(phases, path))
+
+    def _across(self, phases: Array, path: Array | None) -> Array:
+        return np.full(len(phases), -self.y) if path is None else path[0]
+
+
+def baseline_along(case: MotionCase) -> Iterator[Method]:
+    """Yield the baseline of `case`, with the fewest points first."""
+    if any(without_baseline(case)):
+        return
+    contact = case.contact.over_loads(ScanMotion(case.scene).recorded_loads()[1])
+    if contact.of_one_line:
+        heaviest = ScanMotion(case.scene).recorded_loads()[1]
+        for points, ratio in SIZES_ALONG:
+            yield _baseline_at(
+                case, RuleAlong(Trapezoid(contact, heaviest, points), contact), "trapezoid", points, ratio
+            )
+        return
+    assert isinstance(contact, ContactOnArea)
+    ridges = math.prod(one / contact.geometry.ridge_period for one in contact.own_size)
+    for points, ratio in AREA_SIZES_ALONG:
+        if points**2 * ridges <= MOST_POINTS:
+            rule = RuleAlong(PointSum(contact, points), contact, case.scene.scan.y)
+            yield _baseline_at(case, rule, "sum over points", points, ratio)
+
+
+def without_baseline(case: MotionCase) -> Iterator[LeftOutMethod]:
+    """Yield why the baseline does not apply."""
+    name = "trapezoid and brentq" if case.contact.of_one_line else "sum over points and brentq"
+    if case.solved.simulated:
+        return
+    if not case.contact.of_one_surface:
+        yield LeftOutMethod(name, "baseline", "The load moves the ends of the contact, over which its sum is made.")
+    elif case.contact.geometry.over_area and (case.scene.scan.turned or case.scene.scan.turns):
+        yield LeftOutMethod(name, "baseline", "Its points are in rows along x, and the finger is turned.")
+
+
+def _baseline_at(case: MotionCase, rule: RuleAlong, kind: str, points: float, ratio: float) -> Method:
+    """Return a rule, solved at `ratio` times the steps of the plan."""
+    a_root = case.seconds_a_solution(rule.heights)
+
+    @cache
+    def set_up() -> Ready:
+        """Return the rule, ready to run; its frames are those whose steps are as many as the timed places."""
+        places = case.probed(TIMED)
+
+        def values(_points: int) -> Array:
+            """Return the frames of the piece."""
+            return case.solved_values(case.solver(ratio, rule.heights))
+
+        frames = len(places[0]) * case.rate / case.steps(ratio)
+        return Ready(frames, rule.rule.nbytes, lambda: rule.solved(*places), values, case.prepared[1])
+
+    name = f"{kind} and brentq, {points:g} points a ridge, {case.steps(ratio):.0f} steps a second"
+    return Method(name, "baseline", set_up, case.seconds(a_root, ratio))

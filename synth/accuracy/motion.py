@@ -1,7 +1,7 @@
 """How a scene is measured along its own motion: a stroke, a recording, a path, a long surface, a simulation or a hand.
 
 Stage   after STAGE 3, for a scene whose frames are not read from a series of constant speed and load.
-Model   The scene's own motion is rendered by every method (`motion_methods`, `motion_baseline`, `simulated`), or, if it
+Model   The scene's own motion is rendered by every method (`motion_methods`, `baseline`, `simulated`), or, if it
         is longer than LONGEST, the piece of it in which the load changes most or the finger is fastest. The frames are
         compared with those of the reference: eq. 1 solved FINEST times as often as the plan does, in cells or segments
         that are halved up to HALVINGS times, or a simulation with as many steps on a finer table or finer points.

@@ -18,10 +18,10 @@ from dataclasses import asdict, dataclass, replace
 from time import perf_counter
 from typing import Any, TypeVar
 
+from synth.accuracy.baseline import baseline_along, without_baseline
 from synth.accuracy.hand import chosen_of, hand_methods, rubbed
 from synth.accuracy.method import LeftOutMethod, Method, Subject, clock
 from synth.accuracy.motion import FrameReference, MotionCase, is_steady, solved_reference
-from synth.accuracy.motion_baseline import baseline_along, without_baseline
 from synth.accuracy.motion_methods import chosen_name, file_methods, missing_methods
 from synth.accuracy.simulated import Simulated, simulated_methods, simulated_reference, step_name, without_methods
 from synth.accuracy.steady import steady_subject

@@ -26,7 +26,6 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
-from synth.motion.fade_envelope import fade_envelope
 from synth.motion.motion import LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE
 from synth.motion.moved_skin import mover_of
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
@@ -154,7 +153,7 @@ class _Search:
             first, found = chunk * solver.chunk, solver.solved(chunk, self.orders)
             values = np.abs(found[:, : self.frames - first])
             if not self.whole:
-                values *= _fades(self.scene, first, values.shape[1])
+                values *= fades(self.scene, first, values.shape[1])
             peaks = np.maximum(peaks, np.max(values, axis=1))
             kept += [found] * keep
         return np.concatenate(kept, axis=1) if kept else None, peaks
@@ -171,16 +170,20 @@ def steady_peak(reader: SeriesCurve, level: float, scene: Scene) -> float:
     for first in range(0, min(frames, MOST_FRAMES), TOGETHER):
         part = out[: frames - first]
         reader.read(first * step % 2**64, step, 1.0, part, 0)
-        faded = np.abs(part + level) * _fades(scene, first, len(part))[:, np.newaxis]
+        faded = np.abs(part + level) * fades(scene, first, len(part))[:, np.newaxis]
         peak = max(peak, float(np.max(faded)))
     return peak
 
 
-def _fades(scene: Scene, first: int, frames: int) -> Array:
-    """Return the gains [frames] of the fades of a file from frame `first` on."""
+def fades(scene: Scene, first: int, frames: int) -> Array:
+    """Return the gains [frames] of the fades of a file from frame `first` on: raised cosines over `output.fade`."""
     rate = scene.output.sample_rate
     total, fade = round(scene.output.duration * rate), round(scene.output.fade * rate)
-    return fade_envelope(first, frames, total, fade) if fade else np.ones(frames)
+    if not fade:
+        return np.ones(frames)
+    n = np.arange(first, first + frames)
+    near = np.minimum(n + 0.5, total - n - 0.5) / fade
+    return np.asarray(0.5 - 0.5 * np.cos(math.pi * np.clip(near, 0.0, 1.0)))
 
 
 def _rendered(scene: Scene, whole: bool) -> float:

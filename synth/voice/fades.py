@@ -1,6 +1,6 @@
 """Fades within a block, and the gain reduction of the limiter in words.
 
-Model   A half cosine where a stream must end within a block that is already rendered. `motion.fade_envelope` has the
+Model   A half cosine where a stream must end within a block that is already rendered. `plan.motion_peak.fades` has the
         fades of a finite render.
 Source  design, section 4.
 """

@@ -21,11 +21,11 @@ import numpy as np
 
 from synth.arrays import Block
 from synth.held_memory import held_by
-from synth.motion.fade_envelope import fade_envelope
 from synth.motion.motion import Motion, completed
 from synth.motion.moved_skin import SkinAfterHand, mover_of
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.effect_choice import added_where_smooth, require_fixed_ends
+from synth.plan.motion_peak import fades
 from synth.plan.plan import Plan, plan_of, warnings_of
 from synth.plan.preparation import Preparation
 from synth.plan.prepare import prepare
@@ -331,5 +331,5 @@ def blocks(voice: Voice, frames: int = BLOCK) -> Iterator[Block]:
         first = voice.frame
         block = voice.render(min(frames, total - first))
         if fade and (first < fade or first + len(block) > total - fade):
-            block *= fade_envelope(first, len(block), total, fade)[:, np.newaxis].astype(np.float32)
+            block *= fades(voice.scene, first, len(block))[:, np.newaxis].astype(np.float32)
         yield block

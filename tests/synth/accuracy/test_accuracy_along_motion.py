@@ -12,10 +12,10 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import firwin
 from scipy.special import erfc
 
+from synth.accuracy.baseline import AREA_SIZES, SIZES, baseline_along
 from synth.accuracy.hand import rubbed
 from synth.accuracy.method import Subject
 from synth.accuracy.motion import FINEST, MotionCase, solved_reference
-from synth.accuracy.motion_baseline import AREA_SIZES, SIZES, baseline_along
 from synth.accuracy.motion_methods import file_methods
 from synth.accuracy.report import live_subject, measure_accuracy, moving_subject
 from synth.accuracy.simulated import BASELINE
@@ -227,8 +227,8 @@ SHOWN = ("stroke", "landing", "probe", "line over dots", "mass on a stroke", "sk
 @pytest.fixture(autouse=True)
 def few_sizes(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave the slowest sizes of the baseline out."""
-    monkeypatch.setattr("synth.accuracy.motion_baseline.SIZES", SIZES[:3])
-    monkeypatch.setattr("synth.accuracy.motion_baseline.AREA_SIZES", AREA_SIZES[:2])
+    monkeypatch.setattr("synth.accuracy.baseline.SIZES", SIZES[:3])
+    monkeypatch.setattr("synth.accuracy.baseline.AREA_SIZES", AREA_SIZES[:2])
     monkeypatch.setattr("synth.accuracy.simulated.BASELINE", BASELINE[:2])
 
 
