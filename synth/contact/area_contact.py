@@ -20,11 +20,10 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.area_grid import BESIDE, OUTSIDE, AreaGrid, FingerRows
-from synth.contact.area_path import ContactOnArea
+from synth.contact.area_path import MIDDLE, ContactOnArea, Line
 from synth.contact.area_solver import ROW
 from synth.contact.area_texture import FINER, FINER_OF_SMALLER, MOST_PLACES, stored_texture
 from synth.contact.geometry import Geometry
-from synth.contact.line import MIDDLE, Line
 from synth.contact.load_balance import Contact
 from synth.errors import Fault, SceneError
 from synth.response_cache import kept

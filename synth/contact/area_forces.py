@@ -26,10 +26,9 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.area_grid import AreaGrid
-from synth.contact.area_path import ContactOnArea, Places, read_along, solved_at
+from synth.contact.area_path import ContactOnArea, Line, Places, read_along, solved_at
 from synth.contact.forces import ForceDiscretisation
 from synth.contact.geometry import Geometry
-from synth.contact.line import Line
 from synth.contact.load_balance import PhaseSolver
 
 ALONG, ACROSS = 0, 1  # components of the slope force: along x and along y of the surface

@@ -1,7 +1,8 @@
 """The contacts of fingers over a height field, and z of one that moves and turns there.
 
 Stage   CONTACT.
-Model   The cells of a finger are prepared at directions TURN_STEP apart, counted from that of the contact's line. At a
+Model   A finger moves along x. On a height field it stands at y, and its length is turned by an angle from x.
+        The cells of a finger are prepared at directions TURN_STEP apart, counted from that of the contact's line. At a
         direction between two of these, the blocks of the nearer one are moved about the middle of the finger
         (`area_grid`). In the OVERLAP halfway between both, z is solved for both and cross-faded. The most recently used
         directions are kept in PARTS, and the last RECENT also by the contact itself, for a map that is too large for
@@ -25,9 +26,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.full_contact import FullContact
-from synth.contact.line import MIDDLE, Line
-from synth.contact.load_balance import Contact, PhaseSolver
+from synth.contact.load_balance import Contact, FullContact, PhaseSolver
 from synth.response_cache import PARTS
 from synth.surfaces.height_field import HeightField
 
@@ -41,6 +40,20 @@ RECENT = 4  # directions, about 1 MB each: a block has two at most, and a hand t
 
 SETTLES = 0.25  # part of the error that remains when the cells are halved: the error is of second order
 BEGINS_OVER_AREA = 1.0 / 3.0  # `Contact.begins`: a quarter was too little for 2 of 14 scenes over dots
+
+
+class Line(NamedTuple):
+    """Where a finger stands across a height field.
+
+    y: place of its middle, m.
+    direction: angle of its length from x, rad, counter-clockwise.
+    """
+
+    y: float = 0.0
+    direction: float = 0.0
+
+
+MIDDLE = Line()
 
 
 @dataclass(frozen=True)

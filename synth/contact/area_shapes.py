@@ -27,12 +27,12 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.area_contact import CombOnArea, beside_edge, finger_grid, lattice_step, rims_of
 from synth.contact.area_grid import AREA_STEP, OUTSIDE, AreaGrid
+from synth.contact.area_path import Line
 from synth.contact.area_solver import ROW
 from synth.contact.curved_contact import RoundFinger, lowest_approach, span_of
 from synth.contact.exact_solver import Approaches
 from synth.contact.geometry import Geometry
 from synth.contact.growing_contact import Growth
-from synth.contact.line import Line
 from synth.contact.load_balance import PhaseSolver
 from synth.response_cache import kept
 from synth.surfaces.height_field import HeightField

@@ -23,12 +23,11 @@ from typing import TYPE_CHECKING, ClassVar, Self
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.area_path import BEGINS_OVER_AREA, ContactOnArea
+from synth.contact.area_path import BEGINS_OVER_AREA, MIDDLE, ContactOnArea, Line
 from synth.contact.finger_columns import COLUMNS, FingerSurface
 from synth.contact.fingertip_solver import FingertipGrid
 from synth.contact.footprint import Footprint
 from synth.contact.geometry import Geometry
-from synth.contact.line import MIDDLE, Line
 from synth.contact.load_balance import Contact, PhaseSolver
 from synth.contact.stiffness import Stiffness
 from synth.contact.texture_nodes import texture_nodes

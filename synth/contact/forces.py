@@ -31,8 +31,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.fingertip_solver import FingertipGrid
-from synth.contact.full_contact import FullContact
-from synth.contact.load_balance import Contact, PhaseSolver
+from synth.contact.load_balance import Contact, FullContact, PhaseSolver
 from synth.contact.pressure import power_integrals, slope_integrals
 from synth.contact.profile_solver import SegmentGrid
 

@@ -4,6 +4,10 @@ Model   Eq. 1 gives z(theta, w) at an indentation w / k, and dz/dw = -m (w / k) 
         1.5; with a given k it is 1. For two cosines over one length the integrals are elementary, and the
         solution is exact to round-off (`exact_solver`). Any other profile, and a round or growing finger, becomes a
         polyline of `Geometry.segments` segments per period, which can be refined (`profile_solver`).
+        Full contact: where finger and texture touch everywhere, F(z) = mean(h) - z, so z = mean(h) - w / k. Over the
+        phase, z is one sinusoid of amplitude a2 |sinc(L / lambda2)|, whatever the ridges; sinc(x) = sin(pi x) / (pi x).
+        It is known for textures of one cosine, with the stiffness of eqs 4-5. z must stay below every height over the
+        whole period. The bound used is sufficient but not necessary, so contacts that are barely full go to the solver.
 Source  Fagiani & Barbieri (2016), eqs 1, 2, 4, 5.
 Limits  A contact whose shape depends on the load has the same methods, with one solver per load. The most recently
         used solvers are cached.
@@ -11,6 +15,7 @@ Limits  A contact whose shape depends on the load has the same methods, with one
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
@@ -20,7 +25,6 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.exact_solver import Approaches, Grid
-from synth.contact.full_contact import FullContact, full_contact
 from synth.contact.geometry import Geometry
 from synth.contact.profile_solver import SegmentGrid
 from synth.contact.stiffness import Stiffness
@@ -28,6 +32,49 @@ from synth.response_cache import kept
 
 LEAST_TOUCHING = 1e-12  # of the length: keeps dz/dw finite where nothing touches
 FINEST = 1 << 17  # segments per period and per contact; more take seconds to prepare and change z by 1e-8 of a1 + a2
+
+
+@dataclass(frozen=True, slots=True)
+class FullContact:
+    """z of a full contact.
+
+    mean: m.
+    first: first Fourier coefficient, m, one-sided as in `spectrum`.
+    slope: change of the mean with the load, m/N.
+    """
+
+    mean: float
+    first: complex
+    slope: float
+
+
+def mean_sine_factor(turns: float) -> float:
+    """Return sinc(turns) = sin(pi turns) / (pi turns), exactly zero at whole numbers of turns."""
+    whole = round(turns)
+    rest = turns - whole
+    if whole != 0 and rest == 0.0:
+        return 0.0
+    sign = -1.0 if whole % 2 else 1.0
+    return sign * math.sin(math.pi * rest) / (math.pi * turns) if turns else 1.0
+
+
+def full_contact(geometry: Geometry, stiffness: Stiffness, load: float) -> FullContact | None:
+    """Return z of the full contact at `load` (N), or None where the contact may not be full at every phase."""
+    # z is not one sinusoid, or its mean does not grow as w^1.5, which tables assume; the solver then takes one step
+    if geometry.profile is not None or stiffness.load_exponent != 1.5:
+        return None
+    a1, a2 = geometry.ridge_amplitude, geometry.texture_amplitude
+    indentation = stiffness.indentation(load)
+    ridge_mean = a1 * mean_sine_factor(2.0 * geometry.ridges)  # mean of a1 cos(2 pi x / lambda1) over L
+    swing = a2 * abs(mean_sine_factor(geometry.texture_periods))
+    if not indentation >= a1 + a2 - ridge_mean + swing:
+        return None
+    angle = math.pi * (geometry.texture_periods % 2.0) + geometry.texture_phase
+    first = 0.5 * a2 * mean_sine_factor(geometry.texture_periods)
+    turned = complex(first * math.cos(angle), -first * math.sin(angle))
+    if load == 0.0:
+        return FullContact(-ridge_mean - indentation, turned, 0.0)
+    return FullContact(-ridge_mean - indentation, turned, -1.5 * indentation / load)
 
 
 class PhaseSolver(Protocol):

@@ -5,8 +5,8 @@ Stage   CONTACT: the only place that knows which solver a kind of finger has.
 
 from __future__ import annotations
 
+from synth.contact.area_path import Line
 from synth.contact.geometry import Geometry
-from synth.contact.line import Line
 from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
 from synth.scene.finger_section import Finger

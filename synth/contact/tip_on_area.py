@@ -28,10 +28,9 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.area_contact import finger_grid, lattice_step, rims_of, smaller_cells
 from synth.contact.area_grid import AreaGrid
-from synth.contact.area_path import ContactOnArea
+from synth.contact.area_path import ContactOnArea, Line
 from synth.contact.curved_contact import USUAL_LOAD, RoundFinger, span_of
 from synth.contact.geometry import Geometry
-from synth.contact.line import Line
 from synth.contact.stiffness import Stiffness
 from synth.response_cache import kept
 from synth.surfaces.height_field import HeightField

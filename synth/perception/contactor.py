@@ -4,7 +4,7 @@ Model   The power density of the displacement S(f) is that of the sound over (2 
         around each of the preferred frequencies 1000 * 10^(n/10) Hz the power over threshold is the sum of 2 S df /
         T(f)^2, with T the peak displacement of a sinusoid that is just felt. Of a single sinusoid that is
         (amplitude / T)^2. The level of a receptor is that of its strongest band; its power is that of all bands. Its
-        components are bands that are felt beside the others (`masking`).
+        components are bands that are felt beside the others (`skin`).
 Source  Thresholds: `receptors`. Welch (1967): the density. Weighting by 1 / T^2: Bensmaia & Hollins (2003).
 Limits  From LOWEST to HIGHEST: below, a drifting sensor would count as motion. The actuator presses the skin as the
         contactors did with which the thresholds were measured. A steady sound: it is a mean over the whole length.
@@ -18,9 +18,8 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.perception.half_space import strain_under_probe
-from synth.perception.masking import unmasked
 from synth.perception.receptors import VIBRATION, Receptor
-from synth.perception.skin import Felt, nothing_felt
+from synth.perception.skin import Felt, nothing_felt, unmasked
 from synth.perception.threshold import MICROMETRE
 
 LOWEST, HIGHEST = 10.0, 1000.0  # Hz

@@ -9,10 +9,17 @@ Model   p(x, theta) is the pressure along the finger, x fixed to the skin, at ea
         of the wavelength period / m. Speed does not change it.
         Power: the sum over n of (amplitude / threshold)^2. Intensity: the larger of the roots of both powers of
         vibration, and half of the smaller. Spatial variation: the standard deviation of the pattern over places.
+        Masking: a component of the level H (dB) at f0 (Hz) raises the threshold at f to
+            H - 5 + 5 / 1400 f0 - 30 ((f - f0) / f0)^2.
+        The powers of the threshold and of the masks of all other components add up. A component is felt if it is above
+        the sum. Components more than RANGE below the strongest one mask nothing.
 Source  Duplex theory: Hollins & Risner (2000). Weighting by 1 / threshold^2: Bensmaia & Hollins (2003). Intensity of
         two channels: Hollins & Roy (1996). Variation between SA1 as the roughness of coarse textures: Connor & Johnson
-        (1992). The pattern as a wave of the texture is this project's.
+        (1992). The pattern as a wave of the texture is this project's. Masking and RANGE: the psychohaptic model of the
+        MPEG haptics reference software (ISO/IEC 23090-31).
 Limits  Linear in the pressure, quasi-static, along one line. The level of SA1 is that of the pattern's strongest wave.
+        Levels of the model of masking are those of a digital signal; here they are displacements, as of the thresholds.
+        A component does not mask itself. One channel does not mask another.
 """
 
 from __future__ import annotations
@@ -25,13 +32,41 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.perception.half_space import strain_gain
-from synth.perception.masking import unmasked
 from synth.perception.receptors import SA1, VIBRATION, Receptor
 from synth.perception.threshold import FAINTEST_DB
 
+RANGE = 45.0  # dB
+BELOW, RISE, FALL = 5.0, 5.0 / 1400.0, 30.0  # dB; dB/Hz; dB for a distance of f0
+MOST = 4096  # strongest components that are looked at, which bounds the time
 WINDOW = 4  # times the length of the finger over which waves are taken, so that its ends do not meet
 FAINTEST = 10.0 ** (FAINTEST_DB / 20.0)  # of the threshold
 PRESSED = 1e-3  # of the largest mean pressure: places that are pressed less do not count
+
+
+def mask_of(level: Array, masker: Array, frequency: Array) -> Array:
+    """Return the raised threshold (dB) at each frequency [frequencies, maskers] by each masker.
+
+    level: of the maskers, dB. masker: their frequencies, Hz. frequency: Hz.
+    """
+    away = (np.asarray(frequency)[:, np.newaxis] - masker) / masker
+    return np.asarray(level - BELOW + RISE * masker - FALL * away**2)
+
+
+def unmasked(frequency: Array, level: Array, threshold: Array) -> int:
+    """Return how many components are felt.
+
+    frequency: Hz, above 0. level, threshold: dB of the same reference.
+    """
+    strong = np.flatnonzero(level > threshold)
+    if not len(strong):
+        return 0
+    strong = strong[np.argsort(level[strong])[::-1][:MOST]]
+    f, h = frequency[strong], level[strong]
+    maskers = np.flatnonzero(h >= h[0] - RANGE)
+    masks = mask_of(h[maskers], f[maskers], f)
+    masks[maskers, np.arange(len(maskers))] = -np.inf  # not of itself
+    raised = 10.0 ** (threshold[strong] / 10.0) + np.sum(10.0 ** (masks / 10.0), axis=1)
+    return int(np.count_nonzero(h > 10.0 * np.log10(raised)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,8 +17,8 @@ from dataclasses import replace
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from synth.contact.area_path import MIDDLE, Line
 from synth.contact.geometry import Geometry
-from synth.contact.line import MIDDLE, Line
 from synth.contact.scene_contact import contact_of
 from synth.errors import Fault, SceneError
 from synth.kept_files import FileEntry, FileForm

@@ -20,7 +20,7 @@ import numpy as np
 
 from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
-from synth.contact.polyline import evenly_spaced
+from synth.contact.profile_solver import evenly_spaced
 from synth.response_cache import kept
 from synth.scene.scene import Scene
 from synth.surfaces import profile_of

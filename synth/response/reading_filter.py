@@ -108,17 +108,16 @@ def _taps_for(stride: int, highest: float) -> int:
     return MOST_TAPS
 
 
-def responses(taps: int, order: int, part: float, highest: float, points: int = GRID) -> tuple[Complex, Complex]:
-    """Return the frequency response of each difference [points, taps - 1] and the desired response [points].
+def responses(taps: int, order: int, stride: int, highest: float, points: int = GRID) -> tuple[Complex, Complex]:
+    """Return the frequency response of each difference [points, taps - 1], and the wanted ones [points, stride].
 
     Both are complex, at `points` frequencies up to `highest` (cycles per step), relative to the size of the derivative.
     """
-    f = highest * (np.arange(points) + 0.5) / points
-    turned = 2j * np.pi * f
+    turned = 2j * np.pi * highest * (np.arange(points) + 0.5)[:, np.newaxis] / points
     scale = np.abs(turned) ** order
-    basis = np.diff(np.exp(turned[:, np.newaxis] * steps_of(taps)), axis=1) / scale[:, np.newaxis]
-    aim = (turned**order * np.exp(turned * part) - float(order == 0)) / scale
-    return np.asarray(basis), np.asarray(aim)
+    basis = np.diff(np.exp(turned * steps_of(taps)), axis=1) / scale
+    aims = (turned**order * np.exp(turned * (np.arange(stride) / stride)) - float(order == 0)) / scale
+    return np.asarray(basis), np.asarray(aims)
 
 
 def steps_of(taps: int) -> Array:
@@ -128,11 +127,8 @@ def steps_of(taps: int) -> Array:
 
 def filter_error(weights: Array, order: int, highest: float) -> float:
     """Return the largest relative error of `weights` [stride, taps - 1] up to `highest` (cycles per step)."""
-    found = 0.0
-    for j, row in enumerate(weights):
-        basis, aim = responses(len(row) + 1, order, j / len(weights), highest)
-        found = max(found, float(np.max(np.abs(basis @ row - aim))))
-    return found
+    basis, aims = responses(weights.shape[1] + 1, order, len(weights), highest)
+    return float(np.max(np.abs(basis @ weights.T - aims)))
 
 
 def designed(
@@ -147,12 +143,12 @@ def designed(
     parts, degrees = np.arange(stride) / stride, np.arange(1, EXACT_DEGREE + 1)
     rises = np.diff(steps_of(taps) ** degrees[:, np.newaxis], axis=1)
     wanted = np.array([Polynomial.basis(degree).deriv(order)(parts) for degree in degrees])
-    basis = responses(taps, order, 0.0, highest, points)[0]
-    aims = np.stack([responses(taps, order, part, highest, points)[1] for part in parts], axis=1)
-    fits = [(basis, aims)]
-    if beyond is not None:
-        above, none = left_above(taps, order, (highest, beyond), points)
-        fits.append((KEPT_OUT * above, KEPT_OUT * np.repeat(none[:, np.newaxis], stride, axis=1)))
+    fits = [responses(taps, order, stride, highest, points)]
+    if beyond is not None:  # no output, relative to the size of the derivative at the end of the band
+        f = beyond + (0.5 - beyond) * (np.arange(points) + 0.5)[:, np.newaxis] / points
+        scale = (2.0 * math.pi * highest) ** order / KEPT_OUT
+        above = np.diff(np.exp(2j * np.pi * f * steps_of(taps)), axis=1) / scale
+        fits.append((above, np.full((points, stride), -float(order == 0) / scale, dtype=np.complex128)))
     rows, right = (
         np.concatenate([part for one in both for part in (one.real, one.imag)]) for both in zip(*fits, strict=True)
     )
@@ -180,14 +176,3 @@ def band_filter(quantity: str, rate: int, band: float, finer: float = 1.0) -> Re
     weights = np.round(designed(order, stride, taps, kept, max(POINTS, taps), gone), DECIMALS)
     error = filter_error(weights, order, kept)
     return ReadingFilter(stride, weights * (rate / stride) ** order, float(order == 0), error)
-
-
-def left_above(taps: int, order: int, edges: tuple[float, float], points: int) -> tuple[Complex, Complex]:
-    """Return the responses of the differences above the edge [points, taps - 1], and their aim [points]: no output.
-
-    Both are relative to the size of the derivative at the end of the band.
-    """
-    f = edges[1] + (0.5 - edges[1]) * (np.arange(points) + 0.5) / points
-    turned, scale = 2j * np.pi * f, (2.0 * math.pi * edges[0]) ** order
-    basis = np.diff(np.exp(turned[:, np.newaxis] * steps_of(taps)), axis=1) / scale
-    return np.asarray(basis), np.full(points, -float(order == 0) / scale, dtype=np.complex128)

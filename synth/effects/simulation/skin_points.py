@@ -7,7 +7,7 @@ Model   A comb or a probe has one row of equally spaced points over its length: 
         Two cosines turn with the phase: finger + cos(angle) texture + sin(angle) quarter. Any other texture is a
         lattice of one period, in which every point is read at its own place, turned by the direction of the finger and
         moved along and across, with linear interpolation. The lattice is the projection of the texture onto straight
-        lines between points (`polyline`), for every offset of the points: its n-th harmonic is multiplied by sinc^2(n
+        lines between points, for every offset of the points: its n-th harmonic is multiplied by sinc^2(n
         d) 3 / (2 + cos(2 pi n d)), with d the distance of points in periods. Areas over a few pieces are thus preserved
         at every offset, and a corner that passes the points makes no ripple. Across, it is the mean over a row, sinc(n
         d).

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from synth.contact.full_contact import full_contact, mean_sine_factor
 from synth.contact.geometry import Geometry
 from synth.contact.groups import Groups
+from synth.contact.load_balance import full_contact, mean_sine_factor
 from synth.contact.stiffness import Stiffness
 from synth.scene.texture_section import amplitude_of
 from tests.reference import stiffness_oracle

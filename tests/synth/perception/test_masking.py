@@ -10,7 +10,7 @@ import pytest
 
 import ridgewave as rw
 from synth.perception.discrimination import Sensation, told_apart
-from synth.perception.masking import mask_of, unmasked
+from synth.perception.skin import mask_of, unmasked
 from synth.perception.threshold import pacinian
 
 

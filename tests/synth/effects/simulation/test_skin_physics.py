@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from synth.contact.full_contact import full_contact
-from synth.contact.load_balance import Contact
+from synth.contact.load_balance import Contact, full_contact
 from synth.contact.scene_contact import contact_of
 from synth.effects.simulation.pulp import Pulp
 from synth.effects.simulation.skin_points import SkinPoints
