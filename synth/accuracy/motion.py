@@ -54,11 +54,6 @@ RINGING = 2.0 / EDGE  # periods of the band after which the filter has settled
 LOWEST = 10.0  # Hz
 
 
-def is_steady(solved: Preparation) -> bool:
-    """Return whether the frames of a scene are read from one series at a constant speed and load."""
-    return not solved.moving and not solved.simulated
-
-
 @dataclass(frozen=True)
 class MotionCase:
     """One channel of a scene along its own motion.

@@ -21,7 +21,7 @@ from typing import Any, TypeVar
 from synth.accuracy.baseline import baseline_along, without_baseline
 from synth.accuracy.hand import chosen_of, hand_methods, rubbed
 from synth.accuracy.method import LeftOutMethod, Method, Subject, clock
-from synth.accuracy.motion import FrameReference, MotionCase, is_steady, solved_reference
+from synth.accuracy.motion import FrameReference, MotionCase, solved_reference
 from synth.accuracy.motion_methods import chosen_name, file_methods, missing_methods
 from synth.accuracy.simulated import Simulated, simulated_methods, simulated_reference, step_name, without_methods
 from synth.accuracy.steady import steady_subject
@@ -126,7 +126,7 @@ def measure_accuracy(
         scales = tuple(one.full_scale for one in solved.all_channels)
         hand, setup = _timed_once(lambda: prepare_hand(scene, scales, ResponseCache()))
         subject = live_subject(solved, channel, hand, setup)
-    elif is_steady(solved):
+    elif not solved.moving and not solved.simulated:
         subject = steady_subject(solved, channel)
     else:
         subject = moving_subject(solved, channel, setup)

@@ -52,10 +52,6 @@ class Growth:
         """Return L (m) at `load` (N, any shape) of a contact of `nominal` length (m)."""
         return np.clip(nominal * (load / self.reference_load) ** self.exponent, self.shortest, self.longest)
 
-    def exponent_at(self, nominal: float, load: float) -> float:
-        """Return d log L / d log w at `load` (N): 0 where L is at a limit."""
-        return self.exponent if self.shortest < self.length(nominal, load) < self.longest else 0.0
-
 
 @dataclass(frozen=True)
 class GrowingContact(Contact):
@@ -111,7 +107,8 @@ class GrowingContact(Contact):
         return grid.solve(phases, indentations, numbers=grid.numbers_of(geometry, lengths)).height
 
     def _growth(self, phases: Array, solved: Approaches, load: float) -> Array:
-        exponent, geometry = self.growth.exponent_at(self.geometry.contact_length, load), self.geometry_at(load)
+        growth, geometry = self.growth, self.geometry_at(load)
+        exponent = growth.exponent if growth.shortest < geometry.contact_length < growth.longest else 0.0
         ends = [geometry.heights(end, phases) - solved.height for end in (0.0, geometry.contact_length)]
         gained = 0.5 * exponent / load * (np.maximum(ends[0], 0.0) + np.maximum(ends[1], 0.0))
         law = self.stiffness

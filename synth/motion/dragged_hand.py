@@ -28,13 +28,9 @@ from synth.motion.skin_drag import KINETIC, SPRING, at_rest, drag
 
 LEAST = 1e-3  # share of an axis across which a hand moves: 0 has no Stribeck speed
 SHORTEST = 1e-9  # m: rope of a finger without load
-ROPE, SQUARES, TAUT = slice(0, 2), slice(2, 4), 4
-"""State: the rope (m) along x and across, the mean squares of the direction cosines, and whether it was taut."""
-
-
-def slack() -> Array:
-    """Return the state before the first frame: the hand moves along x."""
-    return np.array([0.0, 0.0, 1.0, 0.0, 0.0])
+SLACK = 0.0, 0.0, 1.0, 0.0, 0.0
+"""First state of the shares, of a hand that moves along x: the rope (m) along x and across, the mean squares of the
+direction cosines, and whether it was taut."""
 
 
 @signed_kernel("void(f8[::1], f8[:,::1], f8[::1], f8[:,::1])", fused=False)
@@ -74,7 +70,7 @@ class DragState:
     axes: tuple[Array, Array] = field(default_factory=lambda: (at_rest(), at_rest()))
     place: Array | None = None
     speed: tuple[float, float] = (0.0, 0.0)
-    direction: Array = field(default_factory=slack)
+    direction: Array = field(default_factory=lambda: np.array(SLACK))
 
 
 @dataclass(frozen=True, slots=True)

@@ -250,7 +250,9 @@ def _simulated(case: SimulationCase) -> tuple[SimulationPlan | None, list[Simula
             except SceneError as error:
                 spared.append(LeftOut(effect.name, f"It has no solution here: {error}", None))
                 continue
-            change = found.change if plan is None else found.change_from(plan)
+            change = found.change
+            if plan is not None:
+                change = tuple(map(relative_change, plan.pilot.moved, found.pilot.moved))
             verdict = judged(effect, settings, case.orders, change, case.turns, case.tolerance)
             known = (0.0,) * len(change) if plan is None else plan.errors
             verdict = unresolved(effect, case.orders, change, found.errors, known, case.tolerance) or verdict

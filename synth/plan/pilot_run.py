@@ -40,7 +40,6 @@ STEADY_BAND, MOVING_BAND = (0.40, 0.45), (0.35, 0.49)  # kept and removed band, 
 # points are compared. A steeper filter looks further ahead, which would increase the delay of a hand, 2.6 ms at 1 kHz.
 SCAN_BAND, HAND_BAND, JUDGED_BAND = (0.9, 1.0), (1.0, 2.0), (1.0, 1.5)
 LEAST_ATTENUATION, MOST_ATTENUATION = 70.0, 140.0  # dB
-LEFT_BY_TABLE = 1.0  # largest error over the change by a table half as fine: derivatives of z gain one order, or less
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +83,8 @@ def started(simulation: Simulation, case: SimulationCase) -> Pilot:
     """
     if _searched(simulation, case):
         crossings = case.scene.texture.period / case.scene.finger.ridge_period
-        period = Period.of(case.turns, case.nominal.scan.load, steps_of_period(simulation, case))
+        steps = max(FEWEST_OF_PERIOD, round(simulation.rate / abs(case.turns)))
+        period = Period.of(case.turns, case.nominal.scan.load, steps)
         asked = period, crossings, case.tolerance, simulation.steady, case.highest
         stepper, heavy = simulation.stepper, is_heavy(case, simulation.stepper.mass)
         steady = steady_of(stepper, *asked, of_mass=heavy)
@@ -105,11 +105,6 @@ def is_heavy(case: SimulationCase, mass: float) -> bool:
     """Return whether `mass` (kg) has an effect at the end of the band."""
     band = min(case.scene.output.bandwidth_hz, BAND * case.scene.output.sample_rate)
     return mass * (math.pi * band) ** 2 > stiffness_round(case.contact, case.pressed)
-
-
-def steps_of_period(simulation: Simulation, case: SimulationCase) -> int:
-    """Return the whole number of steps nearest to a texture period."""
-    return max(FEWEST_OF_PERIOD, round(simulation.rate / abs(case.turns)))
 
 
 def work_of(simulation: Simulation) -> float:
@@ -171,7 +166,7 @@ def table_errors(case: SimulationCase, tried: Pilot) -> tuple[tuple[float, ...],
     if (coarsest := coarser.coarser()) is not None and other.repeats:
         before = other.differs_from(started(replace(other.simulation, stepper=coarsest), case))
     left = (whole - one for whole, one in zip(steps_errors(changed, before), changed, strict=True))
-    errors = tuple(min(more, LEFT_BY_TABLE * one) for more, one in zip(left, changed, strict=True))
+    errors = tuple(map(min, left, changed))  # derivatives of z gain one order, or less
     return errors, (other.simulation, tried.simulation)
 
 

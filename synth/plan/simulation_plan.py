@@ -140,10 +140,6 @@ class SimulationPlan:
         """True if the adhesion cannot hold the finger at the scan's own load."""
         return self.simulation.held and not any(self.extents)
 
-    def change_from(self, other: SimulationPlan) -> tuple[float, ...]:
-        """Return the difference of each order from `other`, a simulation of the same scan, relative to `other`."""
-        return tuple(map(relative_change, other.pilot.moved, self.pilot.moved))
-
     @property
     def work(self) -> float:
         """Predicted processor time of the steps of a second of sound, s."""

@@ -99,7 +99,7 @@ class FrameSolver:
         self._rate, self._count, self._stride, self._scale = rate, count, stride, scale
         self._motion = ScanMotion(scene, rate * count / stride, whole=whole)
         self._frames = ScanMotion(scene, rate, whole=whole)
-        self._margin = _multiple(math.ceil(margin / scale), stride)
+        self._margin = -(-math.ceil(margin / scale) // stride) * stride
         room = min(TOGETHER * stride // count - 2 * self._margin, longest)
         self._parts = max(2, min(room, max(CHUNK, 4 * self._margin)) // self._margin)
         self.chunk = self._parts * self._margin
@@ -250,11 +250,6 @@ class FrameSolver:
         elif order == 1:
             found += rise * self._rate
         return np.asarray(found)
-
-
-def _multiple(least: int, stride: int) -> int:
-    """Return the smallest multiple of `stride` that is at least `least`."""
-    return -(-least // stride) * stride
 
 
 class Chunks:

@@ -54,7 +54,6 @@ class PropagatedStage:
 
     solved: the prepared scene.
     source: column that is read.
-    way: from the contact to the place.
     filter: None within the contact.
     steady: reader of a constant scan, else None.
     fixed: whether the scene sets the full scale.
@@ -63,7 +62,6 @@ class PropagatedStage:
 
     solved: Preparation
     source: int
-    way: SkinWave
     filter: SkinFilter | None
     steady: SeriesCurve | None
     fixed: bool
@@ -102,7 +100,7 @@ class PropagatedStage:
             method = steady.name
         scale = full_scale or _scale(solved, column, before, after, steady)
         channel = AddedChannel(quantity, scale, extent, error + ROUNDING, method)
-        return cls(solved, column, way, made, steady, full_scale is not None, channel)
+        return cls(solved, column, made, steady, full_scale is not None, channel)
 
     @property
     def channels(self) -> tuple[AddedChannel, ...]:
