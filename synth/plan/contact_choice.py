@@ -115,10 +115,10 @@ def contact_in_cells(asked: Request, cache: ResponseCache, tolerance: float, *, 
 
     file: whether it takes the cells that `tolerance` requires, instead of those that can be solved in time.
     """
-    geometry, none = Geometry.of_scene(asked.scene), np.zeros(len(QUANTITIES))
-    if geometry.over_area:
+    none = np.zeros(len(QUANTITIES))
+    if Geometry.of_scene(asked.scene).over_area:
         return _over_area(asked, cache, tolerance, none, file=file)
-    return _on_line(asked, cache, none, line=on_line(asked, geometry), file=file)
+    return _on_line(asked, cache, none, file=file)
 
 
 def shape_in_cells(
@@ -146,11 +146,6 @@ def _at_places(asked: Request) -> bool:
     return any(asked_effects(asked.scene, Kind.BALANCE)) or (asked.stretch is not None and not own)
 
 
-def on_line(asked: Request, geometry: Geometry) -> bool:
-    """Return whether a fingertip, which has columns, is on a texture along a line."""
-    return asked.scene.finger.traits.of_area and not geometry.over_area
-
-
 def _over_area(
     asked: Request, cache: ResponseCache, tolerance: float, none: Array, *, file: bool
 ) -> tuple[Contact, Array]:
@@ -166,12 +161,13 @@ def _over_area(
     return contact.doubled() or contact, none  # the first of two halvings shows how fast the error falls
 
 
-def _on_line(asked: Request, cache: ResponseCache, none: Array, *, line: bool, file: bool) -> tuple[Contact, Array]:
+def _on_line(asked: Request, cache: ResponseCache, none: Array, *, file: bool) -> tuple[Contact, Array]:
     scene, stretch = asked.scene, None if asked.stretch is None else asked.stretch.profile
+    columns = scene.finger.traits.of_area  # of a fingertip
     if file:
         contact = contact_of(scene, stretch, refines=True)
-        return first_cells(contact) if line else contact, none
-    contact = affordable(scene, cache, stretch) if asked.area or line else contact_of(scene, stretch)
+        return first_cells(contact) if columns else contact, none
+    contact = affordable(scene, cache, stretch) if asked.area or columns else contact_of(scene, stretch)
     simulated = any(asked_effects(scene, Kind.BALANCE))
-    told = (asked.area or line) and (not asked.moving or simulated)
+    told = (asked.area or columns) and (not asked.moving or simulated)
     return contact, cells_along_line(asked, contact, cache) if told else none
