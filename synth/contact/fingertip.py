@@ -25,12 +25,11 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.area_path import BEGINS_OVER_AREA, MIDDLE, ContactOnArea, Line
 from synth.contact.finger_columns import COLUMNS, FingerSurface
-from synth.contact.fingertip_solver import FingertipGrid
+from synth.contact.fingertip_solver import FingertipGrid, texture_nodes
 from synth.contact.footprint import Footprint
 from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact, PhaseSolver
 from synth.contact.stiffness import Stiffness
-from synth.contact.texture_nodes import texture_nodes
 from synth.response_cache import kept
 from synth.surfaces.height_field import HeightField
 from synth.surfaces.profile import Profile

@@ -2,7 +2,7 @@
 
 Model   The texture does not vary across the scan, so a fingertip meets it by its area above a level alone
         (`finger_columns`): F(z) = integral over x of A(x, z - h2(x - p)) / (L0 W0). The integral goes over the nodes of
-        the texture (`texture_nodes`), which follow its edges. Where the finger spans several periods, the columns of
+        the texture, which follow its edges. Where the finger spans several periods, the columns of
         all periods are added first, so a phase costs the nodes of one period:
 
             F(z) = sum over the nodes of weight B(s + p, z - h2(s)),   B(q, l) = sum over n of A(q + n period, l)
@@ -10,8 +10,12 @@ Model   The texture does not vary across the scan, so a fingertip meets it by it
         B is linear between close columns and cubic between levels. Between columns A is cubic: so below the usual
         distances B has DENSER columns for each of A. F is convex and falls nearly as the square of a
         distance. Newton's method, within a bracket, begins at a parabola through the phases before.
-Source  Fagiani & Barbieri (2016), eq. 1.
+        Nodes: a period is divided into pieces. A piece that rises by more than asked, or has one of few corners within,
+        is divided at the corner that is nearest to its middle, or at its middle. Each piece has the two nodes of
+        Gauss's rule. So the nodes are close at an edge, however steep, and far apart where the texture is flat.
+Source  Fagiani & Barbieri (2016), eq. 1; Gauss-Legendre quadrature. The division is this project's.
 Limits  |error of z| < 1e-11 of the scale for these nodes and columns. Their own error is told by `refined` contacts.
+        A rise within a piece is seen at its corners and at LOOKS places.
 """
 
 from __future__ import annotations
@@ -26,9 +30,12 @@ from synth.arrays import Array
 from synth.contact.exact_solver import Approaches
 from synth.contact.finger_columns import FingerColumns, FingerSurface
 from synth.contact.node_kernels import measure_nodes, solve_nodes, sum_node_slopes
-from synth.contact.texture_nodes import TextureNodes
 from synth.kernels import inlined, signed_kernel
+from synth.surfaces.profile import Profile
 
+LOOKS = 9  # places of a piece at which its rise is looked at
+MOST_HALVINGS = 40  # never reached: a piece of 1 m is then as long as an atom
+GAUSS = 0.5 / math.sqrt(3.0)  # of the length of a piece, from its middle
 Floats = np.ndarray[Any, np.dtype[np.float32]]
 DENSER = 2  # the error of a line is of order 2, that of a cubic of order 3
 FEWEST_COLUMNS = 64  # of B, over a period, at the usual distances: halving must bring these closer, too
@@ -37,6 +44,65 @@ CELLS_A_NODE = 4  # work of a node under the finger, in cells of the exact solve
 DEEPENING = 8  # phases that are solved first, to find how deep the columns must be
 MARGIN = 1.02  # on the depth of the columns
 DEEPEST = 1.6  # factor by which columns become deeper at once: in columns that are too shallow z is too low
+
+
+@dataclass(frozen=True, slots=True)
+class TextureNodes:
+    """Nodes over one period.
+
+    places: m, rising.
+    weights: length that each node stands for, m.
+    heights: of the texture, m.
+    slopes: dh/dx.
+    """
+
+    places: Array
+    weights: Array
+    heights: Array
+    slopes: Array
+
+
+def texture_nodes(texture: Profile, length: float, rise: float) -> TextureNodes:
+    """Return the nodes of `texture`: pieces of at most `length` (m) in which it rises by at most `rise` (m)."""
+    ends = pieces(texture, length, rise)
+    begins, lengths = ends[:-1], np.diff(ends)
+    middles, apart = begins + 0.5 * lengths, GAUSS * lengths
+    places = np.stack([middles - apart, middles + apart], axis=1)
+    heights = texture.heights(places)
+    near = texture.heights(np.stack([begins + 1e-9 * lengths, ends[1:] - 1e-9 * lengths], axis=1))
+    mean = (near[:, 1] - near[:, 0]) / lengths  # the mean slope of a piece counts for both of its nodes
+    return TextureNodes(places.ravel(), np.repeat(0.5 * lengths, 2), heights.ravel(), np.repeat(mean, 2))
+
+
+def pieces(texture: Profile, length: float, rise: float) -> Array:
+    """Return the ends of the pieces (m), from the first corner, or 0, over a period."""
+    period, corners = texture.period, np.asarray(texture.corners, np.float64)
+    begin = float(corners[0]) if len(corners) else 0.0
+    sparse = len(corners) * length < period
+    corners = np.append(corners[1:], np.inf)
+    ends = np.linspace(begin, begin + period, math.ceil(period / length) + 1)
+    looked = np.arange(LOOKS) / (LOOKS - 1)
+    for _ in range(MOST_HALVINGS):
+        begins, widths = ends[:-1], np.diff(ends)
+        first, past = np.searchsorted(corners, begins, "right"), np.searchsorted(corners, ends[1:], "left")
+        heights = texture.heights(begins[:, np.newaxis] + widths[:, np.newaxis] * looked)
+        inside = past > first
+        middle = begins + 0.5 * widths
+        nearest = np.clip(np.searchsorted(corners, middle), first, np.maximum(past - 1, first))
+        before = np.clip(nearest - 1, first, None)
+        at = np.where(np.abs(corners[before] - middle) < np.abs(corners[nearest] - middle), before, nearest)
+        corner = np.where(inside, corners[np.minimum(at, len(corners) - 1)], middle)
+        at_corner = texture.heights(np.where(inside, corner, middle))
+        above = np.maximum(heights.max(axis=1), at_corner)
+        below = np.minimum(heights.min(axis=1), at_corner)
+        divided = (widths > 1.001 * length) | (above - below > rise)
+        if sparse:  # many corners within short pieces are seen by their rise alone
+            divided |= inside & (widths > 0.25 * length)
+        if not divided.any():
+            return ends
+        where = np.where(inside, corner, middle)[divided]
+        ends = np.sort(np.concatenate([ends, where]))
+    return ends
 
 
 @dataclass(frozen=True, slots=True)
