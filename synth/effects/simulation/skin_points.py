@@ -99,18 +99,11 @@ class SkinPoints:
         able = max(float(np.mean(contact.own_heights(seen * length, seen * width) >= lowest)), 1.0 / SEEN**2)
         apart = math.sqrt(able * length * width / points)
         count, pieces = max(2, math.ceil(width / apart)), max(2, math.ceil(length / apart))
+        while not np.any((found := _touching(contact, lowest, pieces, count))[3]):
+            pieces += 1  # all points are between the ridges
         step, across = length / pieces, width / count
-        found = []
-        for row in range(count):
-            moved = 0.0 if contact.hard_edges else GOLDEN * row % 1.0 - 0.5
-            x = np.asarray(step * (np.arange(-1, pieces + 2) + moved) - 0.5 * length, np.float64)
-            y = across * (row + 0.5) - 0.5 * width
-            known = contact.own_heights(x, np.array([y]))[:, 0]
-            x, heights = x[1:-1], known[1:-1] - np.diff(known, 2) / 12.0  # of the same areas under straight lines
-            near = np.convolve(heights >= lowest, np.ones(3), "same") > 0.0  # a line to the next point may be higher
-            joined = near & np.append(near[1:], False)
-            found.append(np.stack([heights / scale, x, np.full(len(x), y), joined])[:, near])
-        *rows, joined = np.concatenate(found, axis=1)
+        *rows, joined = found
+        rows[0] = rows[0] / scale
         weights = (step * across / contact.own_area * (len(joined) - 1)) * joined[:-1]
         line = contact.line
         if isinstance(texture, HeightField):
@@ -177,6 +170,26 @@ class Span:
 
 
 WHOLE = Span()
+
+
+def _touching(contact: AreaFinger, lowest: float, pieces: int, count: int) -> Array:
+    """Return height, x and y (m) of the points that can touch, and whether each is joined to the next [4, points].
+
+    lowest: see `SkinPoints.over_area`.
+    pieces: along each of `count` rows.
+    """
+    (length, width), found = contact.own_size, []
+    step, across = length / pieces, width / count
+    for row in range(count):
+        moved = 0.0 if contact.hard_edges else GOLDEN * row % 1.0 - 0.5
+        x = np.asarray(step * (np.arange(-1, pieces + 2) + moved) - 0.5 * length, np.float64)
+        y = across * (row + 0.5) - 0.5 * width
+        known = contact.own_heights(x, np.array([y]))[:, 0]
+        x, heights = x[1:-1], known[1:-1] - np.diff(known, 2) / 12.0  # of the same areas under straight lines
+        near = np.convolve(heights >= lowest, np.ones(3), "same") > 0.0  # a line to the next point may be higher
+        joined = near & np.append(near[1:], False)
+        found.append(np.stack([heights, x, np.full(len(x), y), joined])[:, near])
+    return np.concatenate(found, axis=1)
 
 
 def _along_line(geometry: Geometry, apart: float) -> Array:

@@ -11,6 +11,7 @@ import pytest
 
 from synth import Motion, open_voice, parse_scene
 from synth.contact.scene_contact import contact_of
+from synth.effects.simulation.skin_points import SkinPoints
 from synth.motion.motion import Update
 from synth.plan.prepare import prepare
 from synth.scene.scene import Scene
@@ -104,7 +105,6 @@ def error_of(found: Real, truth: Real) -> float:
 CASES = [(effect, finger, path) for effect in EFFECTS for finger in FINGERS for path in ("turning", "straight")]
 QUICK = [
     ("viscous_skin", "fingertip", "straight"),
-    ("inertia", "comb", "straight"),
     ("adhesion", "fingertip", "turning"),
 ]
 
@@ -120,7 +120,8 @@ def test_a_finger_over_dots_is_plain_stepping_over_its_points(case: tuple[str, s
     assert error <= min(0.03, told + OWN_ERROR), f"errs by {error:.2e}, told {told:.2e}"
 
 
-@pytest.mark.parametrize("finger", few(FINGERS, 1))
+@pytest.mark.thorough
+@pytest.mark.parametrize("finger", FINGERS)
 def test_skin_of_a_tiny_time_constant_is_the_quasi_static_finger(finger: str) -> None:
     skin, loose = {"viscous_skin": {"time_constant": "1 us"}}, {"accuracy": {"tolerance": 0.03}}
     voices = [open_voice(scene_of(finger, effects, turning, **loose)) for effects in (skin, {})]
@@ -168,6 +169,15 @@ def test_updates_lead_viscous_skin_over_the_area_and_a_table_stays_on_its_line()
     voice, on_line = led("viscous_skin", 0.0)
     assert voice.over_area and np.ptp(led("viscous_skin", 1e-3)[1] - on_line) > 0.05 * np.ptp(on_line) > 0.0
     assert not led("inertia", 0.0)[0].over_area
+
+
+@pytest.mark.parametrize("ridges", ["0.46 mm", "1.3 mm"])
+def test_few_points_of_a_comb_are_not_all_between_its_ridges(ridges: str) -> None:
+    scene = parse_scene({"finger": {"contact_length": "10 mm", "ridge_period": ridges}, "texture": DOTS})
+    contact, crest = contact_of(scene), scene.finger.ridge_amplitude
+    for count in range(20, 400, 7):
+        points = SkinPoints.over_area(contact, 0.9 * crest, count)  # type: ignore[arg-type]
+        assert points.count > 1 and np.any(points.weights > 0.0)
 
 
 HARD: dict[str, dict[str, Any]] = {
