@@ -13,6 +13,7 @@ import httpx
 import pytest
 import soundfile
 
+from tests.few import few, thorough
 from tests.read_only import NOBODY, STRANGER, command, copied_tree, environment, interpreter
 from tests.service.harness import PATIENCE, START, until
 
@@ -83,7 +84,7 @@ def _is_ready(address: str) -> bool:
         return False
 
 
-@pytest.mark.parametrize(("home", "user"), [(HOMES[0], STRANGER), (HOMES[2], NOBODY)])
+@pytest.mark.parametrize(("home", "user"), [(HOMES[0], STRANGER), thorough(HOMES[2], NOBODY)])
 def test_a_render_without_a_cache(empty: Path, home: dict[str, str], user: int) -> None:
     done = run(empty, RENDER, home, user)
     assert done.returncode == 0, done.stderr.decode()
@@ -95,7 +96,7 @@ def test_a_service_without_a_cache(empty: Path) -> None:
     works(empty, HOMES[2])
 
 
-@pytest.mark.parametrize("home", HOMES)
+@pytest.mark.parametrize("home", few(HOMES, 1))
 def test_a_render_reads_a_filled_cache(filled: Path, home: dict[str, str]) -> None:
     for user in (NOBODY, STRANGER):
         done = run(filled, RENDER, home, user)

@@ -297,6 +297,7 @@ def test_a_data_folder_that_cannot_be_written_is_named_in_python(
     assert str(tmp_path / "file" / "data") in str(refused.value)
 
 
+@pytest.mark.thorough
 def test_a_newcomers_script_passes_strict_types(tmp_path: Path) -> None:
     script = tmp_path / "newcomer.py"
     script.write_text(

@@ -152,6 +152,7 @@ def test_the_errors_along_a_motion_are_those_against_an_oracle(scan: dict[str, A
     assert {"baseline", "sampled", "steps", "table"} <= families and ("harmonics" in families) is ("stroke" in scan)
 
 
+@pytest.mark.thorough
 def test_the_errors_of_a_fingertips_stroke_are_those_against_brute_force() -> None:
     finger = {"kind": "fingertip", "contact_length": "2 mm", "contact_width": "2 mm"}
     scene = parse_scene({"finger": finger, "texture": {"period": "1 mm"}, "scan": STROKE, "output": OUTPUT})

@@ -53,6 +53,7 @@ def test_a_render_is_within_its_told_error_of_brute_force(seed: int) -> None:
         assert found.true <= found.told + found.doubt
 
 
+@pytest.mark.thorough
 def test_the_samples_of_the_finger_are_part_of_the_told_error() -> None:
     """What is left at fine columns and nodes is the error of the polynomials between the samples of the finger."""
     asked = {"finger": FINGERTIP, "texture": {"kind": "grating-800um-40um"}, "scan": {"load": 0.1, "speed": "80 mm/s"}}

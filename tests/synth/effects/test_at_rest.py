@@ -17,6 +17,9 @@ COMB = {"ridge_period": 0.5e-3, "ridge_amplitude": 40e-6, "contact_length": 10e-
 LOAD, PERIOD, AMPLITUDE, PHASE = 0.3, 0.8e-3, 20e-6, math.sqrt(2.0)
 
 
+SHORT = {"contact_length": "3 mm"}
+
+
 def scene_of(effects: Any, **sections: Any) -> dict[str, Any]:
     """Return the paper's scene at rest, with a displacement, an approach, a velocity and an acceleration."""
     channels = [
@@ -88,7 +91,7 @@ def test_auto_says_that_nothing_changes_at_rest() -> None:
     assert reasons["viscous_skin"] == "The finger rests, so it changes nothing."
 
 
-@pytest.mark.parametrize("finger", [{}, {"kind": "fingertip"}, {"kind": "probe"}], ids=str)
+@pytest.mark.parametrize("finger", [SHORT, {"kind": "fingertip"} | SHORT, {"kind": "probe"}], ids=str)
 def test_over_dots_and_on_every_finger_nothing_is_told_of_what_does_not_move(finger: Any) -> None:
     """The error by the cells was that of a swing at no speed: 1.5 to 27 of the peak-to-peak."""
     for texture in ({}, {"kind": "dots"}):

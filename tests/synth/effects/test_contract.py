@@ -23,17 +23,18 @@ from synth.errors import SceneError
 from synth.response_cache import ResponseCache
 from synth.scene.effects_section import declaration, effect_names
 from synth.scene.section import rule_of
-from tests.few import paired, thorough
+from tests.few import few, paired, thorough
 from tests.synth.effects.effect_cases import ALONE, LARGEST_SETS, TOGETHER, covering, hand, quick_scene, scene_with
 from tests.synth.effects.plain_renders import digest
 
 ROOT = Path(__file__).resolve().parents[3]
-EVERY = [(name,) for name in ALONE] + LARGEST_SETS
 SHAPED: list[tuple[str, ...]] = [("contact_growth", "inertia", "tangential"), ("curvature", "inertia", "tangential")]
 """Sets that a hand may press: the largest sets also have an effect that needs a contact of one shape."""
 CHANNELS = {
     "output": {"channels": ["displacement", "velocity", "acceleration"], "sample_rate": 8000, "bandwidth": "full"}
 }
+
+SCANS = {"load": "50 N"}, {"load": "1 mN"}, {"stroke": {}}, {"speed": "-5 mm/s"}, {"speed": "2 m/s"}
 
 CACHE = ResponseCache()
 """Responses shared by voices of one scene. The test of equal samples prepares its second voice anew."""
@@ -128,7 +129,7 @@ def test_block_splits_do_not_matter_under_a_hand(names: tuple[str, ...]) -> None
     assert np.any(whole)
 
 
-@every
+@pytest.mark.parametrize("names", [*((name,) for name in ALONE), *few(LARGEST_SETS, 1)], ids="+".join)
 def test_the_same_scene_gives_the_same_samples(names: tuple[str, ...]) -> None:
     scene = parse_scene(scene_with(*names, **CHANNELS))
     first, second = (open_voice(scene, cache=cache).render(400) for cache in (CACHE, ResponseCache()))
@@ -137,7 +138,10 @@ def test_the_same_scene_gives_the_same_samples(names: tuple[str, ...]) -> None:
 
 @pytest.mark.parametrize(
     ("names", "scan"),
-    paired(EVERY, [{"load": "50 N"}, {"load": "1 mN"}, {"stroke": {}}, {"speed": "-5 mm/s"}, {"speed": "2 m/s"}]),
+    [
+        *paired([*((name,) for name in ALONE), LARGEST_SETS[0]], SCANS),
+        *(thorough(names, scan) for names in LARGEST_SETS[1:] for scan in SCANS),
+    ],
     ids=str,
 )
 def test_output_is_finite_and_limited(names: tuple[str, ...], scan: dict[str, Any]) -> None:

@@ -74,14 +74,10 @@ def named(pair: Pair) -> str:
 
 
 QUICK_ALONE = {
-    next(
-        pair
-        for pair in covering((name,), [one for one in ACCEPTED if one.effect == name])
-        if pair.scan != "path" or pair.finger != "fingertip"
-    )
+    next(pair for pair in covering((name,), [one for one in ACCEPTED if one.effect == name]) if pair.scan != "path")
     for name in effect_names()
 }
-"""A fingertip on a path takes up to ten times as long as others."""
+"""A path takes up to ten times as long as other scans; `test_points_over_area` has some."""
 
 
 @pytest.mark.parametrize(

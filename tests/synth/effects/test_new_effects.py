@@ -15,6 +15,7 @@ from synth import Motion, explain, open_voice, parse_scene
 from synth.contact.stiffness import Stiffness
 from synth.errors import SceneError
 from synth.scene.effects_section import effect_names
+from tests.few import thorough
 from tests.synth.effects.effect_cases import QUICK
 from tests.synth.engine_cases import Real, physical
 
@@ -149,7 +150,7 @@ PATHS: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.mark.parametrize("name", PATHS)
+@pytest.mark.parametrize("name", [thorough(name) if name == "path" else name for name in PATHS])
 def test_a_skin_that_lags_leaves_its_line_with_the_hand(name: str) -> None:
     """Along a straight path a lag of n frames is the sound n frames later, once it has begun."""
     sections = PATHS[name] | {"finger": {"contact_length": "1.5 mm"}, "accuracy": {"tolerance": 1e-2}}

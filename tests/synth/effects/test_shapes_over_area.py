@@ -124,6 +124,7 @@ def test_a_file_on_a_path_is_brute_force_over_the_points(shape: str, load: Any) 
     assert error <= told + OWN_ERROR, f"errs by {error:.2e}, told {told:.2e}"
 
 
+@pytest.mark.thorough
 def test_the_told_error_allows_for_cells_that_the_ends_of_the_contact_pass() -> None:
     t = np.arange(81) / 800
     document = {

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import ridgewave as rw
-from tests.few import few
+from tests.few import paired
 
 SCANS: dict[str, dict[str, Any]] = {
     "constant": {"speed": 0.1, "load": 0.3},
@@ -19,8 +19,7 @@ SCANS: dict[str, dict[str, Any]] = {
 
 
 @pytest.mark.filterwarnings("ignore::ridgewave.RenderWarning")
-@pytest.mark.parametrize("effect", ["adhesion", "inertia"])
-@pytest.mark.parametrize("scan", few(SCANS, 2))
+@pytest.mark.parametrize(("scan", "effect"), paired(SCANS, ["adhesion", "inertia"]))
 def test_the_told_error_of_a_simulated_force_is_not_exceeded(scan: str, effect: str) -> None:
     """A slow finger has finer waves in the band, and a table half as fine has its own integral of the energy."""
     document = {

@@ -79,7 +79,7 @@ def test_a_stroke_is_judged_with_the_harmonics_that_are_in_the_band_only_when_it
     output = {"bandwidth": 120, "quantity": "displacement", "full_scale": "1 um", "duration": 1.2}
     for amplitude, felt in ((20e-6, True), (5e-9, False)):
         texture = {"kind": "harmonics", "period": "0.8 mm", "amplitudes": [1e-9, 0, 0, 0, amplitude]}
-        sound = render(stroke | {"texture": texture, "output": output})
+        sound = render(stroke | {"finger": {"contact_length": "2 mm"}, "texture": texture, "output": output})
         peak = float(np.max(np.abs(sound.values)))
         assert (peak > threshold_displacement(np.array([120.0]))[0]) == felt
         assert sound.plan is not None

@@ -236,7 +236,7 @@ def test_a_simulated_constant_scan_has_the_level_of_its_own_frames(effect: str) 
 
 
 @pytest.mark.filterwarnings("ignore::ridgewave.RenderWarning")
-@pytest.mark.parametrize("loads", [(0.3, 0.3, 0.3, 0.3), (0.3, 0.5, 0.02, 0.3)])
+@pytest.mark.parametrize("loads", [(0.3, 0.3, 0.3, 0.3), thorough((0.3, 0.5, 0.02, 0.3))])
 def test_the_peak_to_peak_of_a_recording_whose_fastest_part_is_above_the_band_is_its_own(loads: Any) -> None:
     """Its steady motion at that speed has one harmonic, at ten times the band."""
     points = [[t, x, load] for t, x, load in zip((0.0, 0.02, 0.04, 0.1), (0.0, 0.09, 0.0, 0.5), loads, strict=True)]

@@ -15,6 +15,7 @@ from synth.response.table_error import QUANTITIES
 from synth.response_cache import ResponseCache
 from synth.sampling.frame_solver import FrameSolver
 from synth.scene.scene import parse_scene
+from tests.few import thorough
 
 RATE, SECONDS, PLACES = 2000, 0.1, 375  # places: no power of two
 SHORT = {"contact_length": "3 mm"}
@@ -42,7 +43,9 @@ def solved_mean(contact: Any) -> Mean:
     return mean
 
 
-@pytest.mark.parametrize(("texture", "speed", "lightest"), [({}, 0.0, 0.1), (GRATING, 0.0, 0.1), (GRATING, 0.04, 0.0)])
+@pytest.mark.parametrize(
+    ("texture", "speed", "lightest"), [({}, 0.0, 0.1), thorough(GRATING, 0.0, 0.1), (GRATING, 0.04, 0.0)]
+)
 def test_the_error_of_the_mean_is_told(texture: dict[str, Any], speed: float, lightest: float) -> None:
     """A finger that presses without moving has little motion of its own, so the mean decides its acceleration."""
     output = {"sample_rate": RATE, "bandwidth": 500, "channels": list(QUANTITIES)}
@@ -72,6 +75,6 @@ def test_a_tighter_tolerance_has_a_nearer_mean() -> None:
     loads = np.maximum(0.0, 0.6 + 0.8 * np.sin(2.2 * math.pi * times))
     scan = {"trajectory": np.stack([times, places, loads], axis=1).tolist()}
     output = {"sample_rate": RATE, "bandwidth": 500, "channels": ["displacement"]}
-    document = {"texture": {"kind": "grating-800um-40um"}, "scan": scan, "output": output}
+    document = {"finger": SHORT, "texture": {"kind": "grating-800um-40um"}, "scan": scan, "output": output}
     scene = parse_scene(document | {"accuracy": {"tolerance": 1e-5}})
     assert prepare(scene, ResponseCache()).channels[0].error < 5e-5

@@ -16,6 +16,7 @@ from synth.response.table_error import QUANTITIES
 from synth.response_cache import ResponseCache
 from synth.sampling.frame_solver import FrameSolver
 from synth.scene.scene import parse_scene
+from tests.few import thorough
 
 COMB = {"contact_length": "1 mm"}
 TIP = {"kind": "fingertip", "contact_length": "2 mm"}
@@ -63,8 +64,10 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any], list[list[float]]]] = {
     "a comb in full contact that turns at one load": (FLAT, LOW, along(1.0)),
 }
 
+QUICK = "a fingertip that turns on dots", "a fingertip on a map", "a comb at one load on dots"
 
-@pytest.mark.parametrize("case", CASES)
+
+@pytest.mark.parametrize("case", [case if case in QUICK else thorough(case) for case in CASES])
 def test_a_file_along_a_path_tells_its_error(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(own_motion, "MOST_WORK", 400)  # the smallest cells take a minute
     finger, texture, points = CASES[case]

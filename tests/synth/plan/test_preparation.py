@@ -227,6 +227,7 @@ def test_a_stroke_that_is_still_between_its_turns_is_heard_in_them() -> None:
     assert np.max(np.abs(heard[430:550])) < 0.05, "at full speed"
 
 
+@pytest.mark.thorough
 def test_the_error_of_a_simulated_quantity_is_told_once() -> None:
     """That of the contact without effects is no error of the render."""
     finger = {"kind": "fingertip", "contact_length": "1.5 mm"}

@@ -95,6 +95,6 @@ def test_combs_that_erred_are_within_the_told_error(asked: dict[str, Any], quant
     check(asked, quantity, 1e-5)
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2, 4, *(thorough(seed) for seed in (3, *range(5, 100)))])
+@pytest.mark.parametrize("seed", [1, 2, *(thorough(seed) for seed in (0, *range(3, 100)))])
 def test_a_random_comb_is_within_the_told_error(seed: int) -> None:
     check(random_comb(seed), QUANTITIES[seed % 3], (1e-5, 1e-3, 1e-4, 1e-6)[seed % 4])

@@ -110,7 +110,7 @@ def test_a_map_that_varies_only_across_is_felt_by_a_finger_that_crosses_it(finge
     """It is the map that varies along x, scanned along x, turned by a quarter."""
     wave = 20e-6 * np.cos(np.arange(40) * math.tau / 40)
     output = {"duration": 0.05, "sample_rate": 8000, "bandwidth": 500, "quantity": "displacement"}
-    size = {"probe": {}, "comb": {"contact_length": "3 mm"}, "fingertip": {"contact_length": "4 mm"}}[finger]
+    size = {"probe": {}, "comb": {"contact_length": "1.5 mm"}, "fingertip": {"contact_length": "3 mm"}}[finger]
     base = {"finger": {"kind": finger} | size, "output": output, "accuracy": {"tolerance": 1e-2}}
     found = []
     for rows, scan in (

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import pytest
 
-from docs.figures.area_statistics import areas, expected_correlation, expected_slope, measured
-from synth.scene.catalogue import CatalogueEntry
+from docs.figures.area_statistics import KINDS, areas, expected_correlation, expected_slope, measured
+from synth.scene.catalogue import CatalogueEntry, catalogue
 from synth.scene.scene import parse_scene
 from synth.surfaces import profile_of
 from synth.surfaces.height_field import HeightField
+
+
+def test_every_entry_that_varies_across_is_an_area() -> None:
+    for kind, entry in {entry.document["texture"]["kind"]: entry for entry in catalogue()}.items():
+        assert profile_of(parse_scene(entry.document)).of_area == (kind in KINDS)
 
 
 @pytest.mark.parametrize("entry", areas(), ids=lambda entry: entry.name)

@@ -28,8 +28,8 @@ SPEC: dict[str, Any] = {
     "phases": 64, "lines": 4,
 }  # fmt: skip
 MANY: dict[str, Any] = {
-    "axes": {"texture.period": {"from": "0.3 mm", "to": "3 mm", "count": 2000}},
-    "phases": 256,
+    "axes": {"texture.period": {"from": "0.3 mm", "to": "3 mm", "count": 800}},
+    "phases": 64,
     "lines": 4,
 }
 

@@ -112,7 +112,8 @@ def test_an_effect_works_where_the_finger_turns(effect: str) -> None:
     assert np.all(np.isfinite(found)) and np.all(np.ptp(found, axis=0) > 0.0)
 
 
-@pytest.mark.parametrize("kind", ["comb", thorough("fingertip")])
+@pytest.mark.thorough
+@pytest.mark.parametrize("kind", ["comb", "fingertip"])
 def test_skin_without_memory_changes_nothing_where_the_finger_turns(kind: str) -> None:
     scan = {"direction": 0.5, "heading": 0.1}
     quick = {
@@ -133,7 +134,7 @@ def test_the_scene_of_the_sound_and_of_the_plan_is_the_one_that_was_written() ->
         assert Scene.model_validate(rw.explain(scene).scene) == scene
 
 
-@pytest.mark.parametrize("kind", ["comb", "fingertip"])
+@pytest.mark.parametrize("kind", ["comb", thorough("fingertip")])
 @pytest.mark.parametrize("seed", [0, *(thorough(seed) for seed in range(1, 8))])
 def test_a_turned_finger_is_brute_force_within_the_told_error(kind: str, seed: int) -> None:
     """Its lines below 450 Hz: 1 to 4 times 100 Hz."""
@@ -165,6 +166,7 @@ def test_a_turned_finger_is_brute_force_within_the_told_error(kind: str, seed: i
         assert told < 0.1
 
 
+@pytest.mark.thorough
 def test_a_finger_that_turns_on_its_way_passes_from_one_line_to_the_other() -> None:
     turning = {"trajectory": [[t, -0.05 * t, 0.0, 12.0 * t, 0.3] for t in TIMES]}
     found, straight = (
