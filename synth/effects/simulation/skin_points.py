@@ -172,7 +172,7 @@ class Span:
 WHOLE = Span()
 
 
-def _touching(contact: AreaFinger, lowest: float, pieces: int, count: int) -> Array:
+def _touching(contact: ContactOnArea, lowest: float, pieces: int, count: int) -> Array:
     """Return height, x and y (m) of the points that can touch, and whether each is joined to the next [4, points].
 
     lowest: see `SkinPoints.over_area`.

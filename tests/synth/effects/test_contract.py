@@ -34,7 +34,13 @@ CHANNELS = {
     "output": {"channels": ["displacement", "velocity", "acceleration"], "sample_rate": 8000, "bandwidth": "full"}
 }
 
-SCANS = {"load": "50 N"}, {"load": "1 mN"}, {"stroke": {}}, {"speed": "-5 mm/s"}, {"speed": "2 m/s"}
+SCANS: tuple[dict[str, Any], ...] = (
+    {"load": "50 N"},
+    {"load": "1 mN"},
+    {"stroke": {}},
+    {"speed": "-5 mm/s"},
+    {"speed": "2 m/s"},
+)
 
 CACHE = ResponseCache()
 """Responses shared by voices of one scene. The test of equal samples prepares its second voice anew."""
