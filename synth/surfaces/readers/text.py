@@ -51,6 +51,7 @@ WITH_UNIT = re.compile(r"[+-]?[0-9.,]+ ?(?:[mnuµμ]?m|in|mil)")
 EMPTY_CELLS = re.compile(r"(?=.*[^\s])[\s;,|\"]+")
 FEWEST_COUNTED = 4  # heights below a first number that counts them; a smaller number is as likely a height
 SAMPLE = 100  # lines that decide how the numbers are written
+OCTAVE = "# Created by Octave"
 OTHER_PROGRAMS: tuple[bytes, ...] = (
     rb"\*File list",
     rb"\*Force file list",
@@ -102,6 +103,8 @@ def read(path: Path, _ending: str) -> SurfaceFile:
     try:
         with path.open(encoding=codec) as file:
             header, sample = _beginning(file)
+            if header and header[0].startswith(OCTAVE):
+                header = _header_of_octave(path, codec)
             form = form_of(sample, header)
             check_last(header, sample, form)
             values = _at_once(chain(sample, file), form, path.stat().st_size)
@@ -115,6 +118,16 @@ def read(path: Path, _ending: str) -> SurfaceFile:
         _check_blocks(path, codec, values.shape[1])
     found = surface_of_table(values, form, stated, encoding)
     return replace(found, notes=(*found.notes, note)) if note else found
+
+
+def _header_of_octave(path: Path, codec: str) -> list[str]:
+    """Return no line: the sizes that Octave writes above any matrix make no grid of it. Refuse several variables."""
+    with path.open(encoding=codec) as file:
+        names = [line.partition(":")[2].strip() for line in file if line.startswith("# name:")]
+    if len(names) > 1:
+        found = f"{len(names)} variables of Octave: {', '.join(names)[:80]}"
+        refuse_file(found, "one matrix or column", "Save the heights alone: save -text scan.txt z")
+    return []
 
 
 def _without_count(values: np.ndarray[Any, Any], sample: list[str], form: Form) -> tuple[np.ndarray[Any, Any], str]:

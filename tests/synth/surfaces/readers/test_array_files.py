@@ -1,4 +1,4 @@
-"""MATLAB and HDF5: the array of heights is the only one that can be, or the file is refused with the names."""
+"""MATLAB, HDF5 and Octave: the array of heights is the only one that can be, or the file is refused with the names."""
 
 from __future__ import annotations
 
@@ -95,3 +95,26 @@ def test_attributes_of_the_groups_of_an_array_are_refused(tmp_path: Path, place:
         file[place].attrs["units"] = "nm"
     with pytest.raises(InvalidRequest, match=re.escape(f"units (of {place})")):
         imported(path)
+
+
+def octave(*variables: tuple[str, Any]) -> str:
+    """Return what `save -text` of Octave writes."""
+    text = "# Created by Octave 8.4.0, Tue Dec 01 10:00:00 2026 CET <lab@bench>\n"
+    for name, matrix in variables:
+        text += f"# name: {name}\n# type: matrix\n# rows: {len(matrix)}\n# columns: {matrix.shape[1]}\n"
+        text += "".join(" " + " ".join(f"{one:.15g}" for one in row) + "\n" for row in matrix) + "\n\n"
+    return text
+
+
+def test_a_matrix_of_octave_is_read_by_the_number_of_its_columns(tmp_path: Path) -> None:
+    heights = 0.01 * np.sin(np.arange(60) / 7.0)
+    path = tmp_path / "scan.txt"
+    path.write_text(octave(("scan", np.stack([0.005 * np.arange(60), heights], axis=1))))
+    found = import_surface(path, read_options({"unit": "mm"}))
+    assert found.surface.heights.shape == (60,) and found.surface.spacing == pytest.approx((5e-6,))
+    path.write_text(octave(("z", heights.reshape(6, 10))))
+    found = import_surface(path, read_options({"unit": "mm", "pixel": "5 um"}))
+    assert found.surface.heights.shape == (6, 10)
+    path.write_text(octave(("dx", np.array([[0.005]])), ("z", heights[:, np.newaxis])))
+    with pytest.raises(InvalidRequest, match="2 variables of Octave: dx, z"):
+        import_surface(path, read_options({"unit": "mm", "pixel": "5 um"}))
