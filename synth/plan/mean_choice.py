@@ -33,6 +33,7 @@ BEGINS = 1e-4  # least tolerance of the mean to begin with, where the motion jud
 FINEST, FINER = 1e-2, 0.5  # least and largest factor on the tolerance of the spline in a round
 GROWTH = 0.4  # the number of loads grows with that factor to this power: 0.25 of a smooth mean, 0.5 near kinks
 WORK = 1.0  # predicted s for the mean
+PLACES_OF_CELLS = 64  # at which the change of the mean by the cells is solved
 
 Judge = Callable[[SolvedMean], Array]
 """Returns the errors of each order (SI) along a motion, by the loads and by the places of a mean [2, orders]."""
@@ -72,13 +73,9 @@ class MeanChoice:
         if asked.live:
             return found
         if over:
-            found = found.on(contact, tolerance)
+            larger = _larger_cells(contact, load, PLACES_SHARE * tolerance, across=across)
+            found = replace(found, contact=larger)
         return found.with_enough_places(PLACES_SHARE * tolerance) if 0 in asked.orders else found
-
-    def on(self, contact: Any, tolerance: float) -> Self:
-        """Return the choice for `contact`, in other cells; tolerance: as of `of`."""
-        larger = _larger_cells(contact, self.load, PLACES_SHARE * tolerance, across=self.across)
-        return replace(self, contact=larger)
 
     def with_enough_places(self, error: float) -> Self:
         """Return the choice with as many places as keep `error` of the mean, relative to the peak-to-peak of z."""
@@ -95,6 +92,17 @@ class MeanChoice:
         """Return the mean."""
         heights = heights_of_mean(self.contact, across=self.across)
         return mean_of(heights, self.loads, self.load, self.tolerance, self.places, self.fewest, self.lift)
+
+    def in_cells(self, mean: SolvedMean, contact: Any) -> SolvedMean:
+        """Return `mean`, as `solved` by this choice, as it is in the cells of `contact`.
+
+        What the cells change is small, so that fewer places show it.
+        """
+        places = np.arange(PLACES_OF_CELLS) / PLACES_OF_CELLS
+        before, after = (heights_of_mean(one, across=self.across) for one in (self.contact, contact))
+        loads = (mean.roots**3).tolist()
+        changes = np.array([after(places, load) - before(places, load) for load in loads])
+        return mean.plus(np.mean(changes, axis=1), np.mean(changes[:, ::2], axis=1))
 
     def closer(self, mean: SolvedMean, judge: Judge, allowed: Array) -> tuple[Self, SolvedMean]:
         """Return the choice and the mean whose errors are `allowed` (SI) [orders], or as near as WORK permits.

@@ -219,7 +219,7 @@ def with_pieces(
             moved = parts.changes(before, frames)
         plan = plan.with_errors(moved / own)  # in the pieces half of it is left, or less
         if contact is not usual and 0 in orders:  # a displacement keeps what the mean errs
-            mean = choice.on(contact, tolerance).solved()
+            mean = choice.in_cells(mean, contact)
     plan = plan.with_errors((_turning(contact, steady) + np.sum(parts.of_mean(mean), axis=0)) / own)
     allowed = FOLD_SHARE * np.maximum(tolerance, plan.errors) * own  # cells and columns may leave more
     for _round in range(ROUNDS):

@@ -136,6 +136,11 @@ class SolvedMean:
             found[low] = self._splines[0](np.maximum(wanted[low], self.roots[0]))
         return np.asarray(found)
 
+    def plus(self, change: Array, sparse: Array) -> SolvedMean:
+        """Return this mean plus a `change` (m) at each of its loads; sparse: the same over every second place."""
+        assert self._sparse is not None
+        return SolvedMean(self.roots, self.values + change, self._sparse + sparse, kink=self._kink)
+
     def coarser(self) -> tuple[SolvedMean, SolvedMean]:
         """Return the mean from every second load, and that over every second place; the changes tell its errors."""
         assert self._sparse is not None

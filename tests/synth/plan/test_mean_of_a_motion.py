@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from synth.arrays import Array
+from synth.contact.scene_contact import contact_of
+from synth.plan.mean_choice import MeanChoice
 from synth.plan.prepare import prepare
 from synth.response.mean_approach import Mean
 from synth.response.table_error import QUANTITIES
@@ -78,3 +81,16 @@ def test_a_tighter_tolerance_has_a_nearer_mean() -> None:
     document = {"finger": SHORT, "texture": {"kind": "grating-800um-40um"}, "scan": scan, "output": output}
     scene = parse_scene(document | {"accuracy": {"tolerance": 1e-5}})
     assert prepare(scene, ResponseCache()).channels[0].error < 5e-5
+
+
+def test_the_mean_in_smaller_cells_is_that_which_is_solved_in_them() -> None:
+    """What the cells change is solved at fewer places; it is larger than what is left of it."""
+    texture = {"kind": "dots", "period": "1.1 mm", "row_distance": "1.3 mm", "dot_height": "40 um"}
+    contact: Any = contact_of(parse_scene({"finger": {"contact_length": "1.5 mm"}, "texture": texture}))
+    choice = MeanChoice(contact, True, (0.02, 0.6), 0.3, 1e-3, 0.1, 17, 512)
+    mean, finer = choice.solved(), contact.halved().halved()
+    exact, moved = replace(choice, contact=finer).solved(), choice.in_cells(mean, finer)
+    roots, extent = np.cbrt(np.linspace(0.02, 0.6, 100)), np.ptp(contact.heights(np.arange(64) / 64, np.full(64, 0.3)))
+    left, change = (np.max(np.abs(one(roots) - exact(roots))) / extent for one in (moved, mean))
+    told = sum(np.max(np.abs(one(roots) - moved(roots))) for one in moved.coarser()) / extent
+    assert left < 0.1 * change and left < told
