@@ -91,6 +91,7 @@ def render(scene: SceneSource, **fields: Any) -> Sound:
     started = perf_counter()
     document = _document_of(scene)
     if isinstance(document, Mapping) and is_recording(document) and not fields:
+        with_imported({})  # its scenes may have surfaces of the user's store
         sound = rendered_recording(document)
     else:
         checked = parse_scene(document, **fields)

@@ -19,6 +19,7 @@ from clients.command_line.output_file import Target, read_target, replaces
 from clients.command_line.printing import print_json, say, warn
 from clients.command_line.progress import Progress, Waiting
 from clients.command_line.scene_argument import check_unchanged, read_document, scene_of
+from service.store.own_textures import with_imported
 from synth import Scene, open_voice
 from synth.encode.formats import Metadata, open_writer
 from synth.scene.effects_section import unit_of
@@ -39,6 +40,7 @@ def run(arguments: argparse.Namespace) -> int:
     document = read_document(arguments.scene, everyday=arguments.everyday)
     if is_recording(document):
         check_unchanged(arguments, "a recording")
+        with_imported({})  # its scenes may have surfaces of the user's store
         result = render_recording(target, document, arguments.progress, exact=arguments.exact)
     elif arguments.exact:
         invalid_request(

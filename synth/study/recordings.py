@@ -198,9 +198,11 @@ def _table(path: Path, column: str | None, rate: float | None, scale: float | No
     if not np.all(np.isfinite(values)):
         row = int(np.flatnonzero(~np.isfinite(values))[0])
         raise _refused("/column", f"row {row + 1} of {chosen}", "a finite number in every row", "Fill or cut the gap.")
-    clock = pandas.to_numeric(table[times[0]], errors="coerce").to_numpy(np.float64) if times else None
-    if clock is not None and (found := TIMES.fullmatch(times[0].strip().lower())):
-        clock = clock * SECONDS[found["unit"] or "s"]
+    clock = None
+    if times and (typed := table[times[0]]).dtype.kind in "mM":  # durations or dates, which have a unit of their own
+        clock = (typed - typed.iloc[0]).dt.total_seconds().to_numpy(np.float64)
+    elif times and (found := TIMES.fullmatch(times[0].strip().lower())):
+        clock = pandas.to_numeric(table[times[0]], errors="coerce").to_numpy(np.float64) * SECONDS[found["unit"] or "s"]
     return Recording(path.name, values * (1.0 if scale is None else scale), _rate(clock, rate), "", scale is not None)
 
 

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
+import math
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import soundfile
 
+import ridgewave as rw
 from synth.motion.motion import Update
 from synth.scene.scene import parse_scene
 from synth.voice.hand_voice import HandVoice
@@ -44,6 +48,30 @@ def test_the_file_holds_the_samples_that_were_sent(
     assert rate == RATE
     assert np.array_equal(samples, heard)
     assert json.loads(done.stdout)["frames"] == len(heard)
+
+
+def test_a_recording_on_an_imported_surface_is_rendered_by_the_command_and_in_python(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, environment: dict[str, str], ridgewave: RunsRidgewave
+) -> None:
+    own = {"XDG_DATA_HOME": str(tmp_path / ".data")}
+    monkeypatch.setenv("XDG_DATA_HOME", own["XDG_DATA_HOME"])
+    np.save(tmp_path / "track.npy", 1e-5 * np.sin(np.arange(300) * math.tau / 50))
+    imported = ridgewave("import", str(tmp_path / "track.npy"), "--unit", "m", "--pixel", "20um", "--name", "track")
+    assert imported.returncode == 0, imported.stderr
+    surface = rw.parse_scene("track").texture.surface
+    finger = {"kind": "probe"}
+    document = {"finger": finger, "texture": {"kind": "profile", "surface": surface}, "output": {"sample_rate": RATE}}
+    voice = HandVoice(parse_scene(document), record=True)
+    voice.touch(Update(0, 0.0, None, 0.05, 0.25))
+    heard = voice.render(400)
+    path = tmp_path / "session.json"
+    path.write_text(json.dumps(voice.recording()))
+    done = ridgewave("render", str(path), "-o", str(tmp_path / "out.wav"), stdout=subprocess.PIPE)  # another process
+    assert done.returncode == 0, done.stderr
+    script = "import ridgewave as rw; rw.render('session.json').save('own.wav')"
+    subprocess.run([sys.executable, "-c", script], cwd=tmp_path, env={**environment, **own}, check=True)
+    for name in ("out.wav", "own.wav"):
+        assert np.array_equal(soundfile.read(tmp_path / name, dtype="float32", always_2d=True)[0], heard)
 
 
 def test_sixteen_bit_files_are_what_a_sixteen_bit_session_sends(

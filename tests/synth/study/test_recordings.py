@@ -151,3 +151,14 @@ def test_names_with_a_hash_trailing_separators_and_times_in_ms_are_read(tmp_path
         assert found.rate == pytest.approx(RATE) and found.values == pytest.approx(factor * VALUES, abs=1e-5)
     with pytest.raises(rw.InvalidRequest, match="time"):
         read_recording(tmp_path / "a.csv", column="time (ms)")
+
+
+@pytest.mark.parametrize("unit", ["ns", "us", "ms"])
+def test_times_of_a_type_have_their_own_unit(tmp_path: Path, unit: str) -> None:
+    pandas = pytest.importorskip("pandas")
+    since = pandas.to_timedelta(np.arange(2000) / RATE if unit != "ms" else np.arange(2000) / 1000, unit="s")
+    rate = RATE if unit != "ms" else 1000
+    for name, times in (("dates", pandas.Timestamp("2026-01-01") + since), ("durations", since)):
+        path = table(tmp_path / f"{name}.parquet", time=pandas.Series(times).dt.as_unit(unit), az=VALUES)
+        assert read_recording(path).rate == pytest.approx(rate)
+        assert read_recording(path, rate=rate).rate == rate
