@@ -6,8 +6,8 @@ Model   `update_timing` extrapolates each update to a straight line of the posit
         DELAY. Past the horizon the position glides to a stop. If a hand sends speeds, its speed follows by a glide with
         the same delay. The newest load is held, and the load joins it with a fixed decay. Speed and load are averages
         of the past with weights that are never negative, so they stay within the range of the requested values.
-        An update after the glide finds the finger behind. If it would have to catch up faster than CATCH_UP times the
-        speed of the hand, it is put there by a jump, at that speed.
+        An update after the glide finds the finger behind, as does one whose clock is adopted at once. If it would have
+        to catch up faster than CATCH_UP times the speed of the hand, it is put there by a jump, at that speed.
 Source  docs/live-motion.md: the measurements, the alternatives, and the figures behind this choice.
 Limits  The motion between two updates is unknown. A sudden stop is therefore overshot by a part of that motion.
 """
@@ -24,7 +24,7 @@ from synth.kernels import signed_kernel, unfused
 from synth.motion.motion import LARGEST_LOAD, LOAD, LOAD_BEND, LOAD_RATE, NOWHERE, SPEED, SPEED_RATE, Motion, Update
 from synth.motion.update_curve import ENTRIES as CURVE
 from synth.motion.update_curve import STRIDE, fill_curve, glide, join, new_curve, stand, values_at
-from synth.motion.update_timing import INTERVAL, begin_anew, late_by, new_track, slope_with
+from synth.motion.update_timing import ARRIVALS, CLOCK, INTERVAL, LATEST, begin_anew, late_by, new_track, slope_with
 
 DELAY = 0.01  # s, lag of position and speed: one block of the service; less: turns and stops are overshot, and mice
 # sound rough (without a delay the error is doubled); more: a stroke is felt after it is seen
@@ -46,7 +46,7 @@ OF_JOINING = 2.0 * math.exp(-2.0)  # largest speed by which `join` takes back an
 UNKNOWN, BY_POSITION, BY_SPEED = 0.0, 1.0, 2.0
 FRAME, MODE, UNTIL, ASKED, FOUND = range(5)
 """Entries of a hand: next frame, kind of updates, frame at which it glides to a stop, requested load (N), and the frame
-of the last update that came after a glide: others may come with it. The glide has begun where UNTIL is before FRAME.
+of the last update after a glide or with another clock: others may come with it. It glides where UNTIL is before FRAME.
 """
 OF_PLACE = 5
 OF_LOAD = OF_PLACE + CURVE
@@ -156,11 +156,11 @@ def _go_to(
     level = position + slope * (late - DELAY - 1.0 / rate)
     decay = min(max(TIGHTNESS / track[INTERVAL], SLOWEST), QUICKEST)
     leap = LEAP_SPEED * max(track[INTERVAL], LEAST_LEAP)
-    jumped = not silent and bool(hand[MODE] == BY_SPEED or not abs(x - level) < leap)
-    behind = OF_JOINING * decay * abs(x - level) >= max(CATCH_UP * abs(slope), LEAST_CATCH_UP)
     if hand[UNTIL] < hand[FRAME]:
         hand[FOUND] = hand[FRAME]
-    unseen = not silent and not jumped and behind and hand[FOUND] == hand[FRAME]
+    behind = OF_JOINING * decay * abs(x - level) >= max(CATCH_UP * abs(slope), LEAST_CATCH_UP)
+    unseen = not silent and behind and hand[MODE] == BY_POSITION and hand[FOUND] == hand[FRAME]
+    jumped = not silent and not unseen and bool(hand[MODE] == BY_SPEED or not abs(x - level) < leap)
     if jumped:
         level = position
         if hand[MODE] == BY_POSITION:
@@ -189,7 +189,10 @@ def apply_update(
     frame = hand[FRAME]
     pressed, press_rate, _bend = values_at(load_curve, frame - 1.0, rate)
     silent = hand[MODE] == UNKNOWN or (lowest == 0.0 and pressed == 0.0 and press_rate == 0.0)
+    known, clock = track[ARRIVALS], track[CLOCK]
     late = late_by(track, frame / rate, time, silent)
+    if known > 0.0 and abs(track[CLOCK] - clock) >= LATEST:
+        hand[FOUND] = frame
     if load == load:
         hand[ASKED] = min(max(load, lowest), LARGEST_LOAD)
     press(load_curve, load_powers, rate, frame, hand[ASKED])

@@ -17,18 +17,20 @@ from synth.kernels import signed_kernel, unfused
 
 KEPT = 16  # updates whose lateness counts; fewer: a burst of late ones looks like a new clock
 PACED = 8  # intervals in the median; fewer: a lost update looks like a new rate
+LONGEST_STALL = 1.0  # s, pause whose mean speed is that of a hand that was not heard of: a service skips longer ones
 POINTS = 64  # positions that are kept: more than WINDOW at 1000 Hz
 
 WINDOW = 0.04  # s of updates that determine the speed; longer: late at turns; shorter: mice and time stamps sound rough
 SHORTEST_SPAN = 2e-3  # s: positions closer in time give no speed; smaller: rounded time stamps give bursts
-PAUSE = 0.25  # s without an update after which the old ones are ignored (the watchdog's default)
+PAUSE = 0.25  # s without an update, which are no interval; in silence the old ones are ignored (the watchdog's default)
 FIRST_INTERVAL = 1.0 / 60.0  # s, assumed interval until two updates are known; unverified default
 
 CREEP = 2e-3  # s per second by which later arrivals move the clock: drift is 1e-4; more is heard as a change of pitch
 RETURN = 0.02  # the same for earlier arrivals: 2 % error of pitch at most; less: late for longer at the beginning
 HASTE, HURRY = 0.05, 0.01  # s per second in place of both if the difference exceeds HURRY s: the network path changed
-OTHER_CLOCK = 0.1  # s, difference that is adopted at once: a client has restarted, or a stream runs ahead
-LATEST = 0.05  # s, longest extrapolation for lateness; more: an error of the clocks moves the finger far off
+LATEST = 0.05  # s, longest extrapolation for lateness; more: an error of the clocks moves the finger far off. Arrivals
+# that are earlier by more are adopted at once: a stream that stood still goes on. So are CHANGED later ones in a row
+CHANGED = 4  # fewer: a burst of late ones looks like a new clock; more: the finger is taken for one that has stopped
 FASTEST = 10.0  # m/s: the end of the protocol's range
 
 TIME, CLOCK, ARRIVALS, PLACES, INTERVALS, INTERVAL, SLOPE = range(7)
@@ -59,14 +61,18 @@ def late_by(track: Array, now: float, time: float, silent: bool) -> float:
     if known > 0 and not passed > 0.0:  # the clock was set back: discard the values of the old clock
         known, track[PLACES], track[INTERVALS] = 0, 0.0, 0.0
     elif known > 0:
-        _pace(track, passed)
+        _pace(track, passed, silent)
     lateness = track[LATENESS:PACES]
-    lateness[known % KEPT] = now - time
+    recent = lateness[known % KEPT] = now - time
+    for i in range(1, min(known + 1, CHANGED)):
+        recent = min(recent, lateness[(known - i) % KEPT])
+    if known + 1 >= CHANGED and recent - track[CLOCK] >= LATEST:
+        lateness[:] = recent
     least = lateness[0]
     for i in range(1, min(known + 1, KEPT)):
         least = min(least, lateness[i])
     gap, step = least - track[CLOCK], min(max(passed, 0.0), PAUSE)
-    if known == 0 or silent or not abs(gap) < OTHER_CLOCK:
+    if known == 0 or silent or not abs(gap) < LATEST:
         track[CLOCK] = least
     elif gap < 0.0:
         track[CLOCK] = max(least, track[CLOCK] - (RETURN if gap > -HURRY else HASTE) * step)
@@ -77,10 +83,11 @@ def late_by(track: Array, now: float, time: float, silent: bool) -> float:
 
 
 @unfused
-def _pace(track: Array, passed: float) -> None:
-    """Record an interval (s), unless it is a pause: after a pause the old positions and speed are discarded."""
+def _pace(track: Array, passed: float, silent: bool) -> None:
+    """Record an interval (s), unless it is a pause: after a long one the old positions and speed are discarded."""
     if passed > PAUSE:
-        track[PLACES], track[SLOPE] = 0.0, 0.0
+        if silent or passed > LONGEST_STALL:
+            track[PLACES], track[SLOPE] = 0.0, 0.0
         return
     paces, known = track[PACES:TIMES], int(track[INTERVALS])
     paces[known % PACED] = passed

@@ -19,7 +19,7 @@ from typing import Any
 
 from synth.errors import Fault, SceneError
 
-FORMAT, VERSION = "ridgewave-recording", 5
+FORMAT, VERSION = "ridgewave-recording", 6
 LARGEST_BYTES = 128 << 20  # 470,000 updates, 1.3 h at 100 per second; more would take memory that other sessions need
 EVENT_BYTES = 280  # memory of an update, and of any other event without its document
 BYTES_PER_CHARACTER = 10  # memory of a scene per character of its JSON: a number takes 32 bytes and about 4 characters

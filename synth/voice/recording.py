@@ -1,7 +1,7 @@
 """Recordings of live sessions: a document of everything that affected the samples, and a replay of them.
 
 Stage   3 (VOICE), after `hand_voice`.
-Model   A recording is {"format": "ridgewave-recording", "version": 5, "scene", "full_scale", "frames", "faded",
+Model   A recording is {"format": "ridgewave-recording", "version": 6, "scene", "full_scale", "frames", "faded",
         "events"}: the first scene, the SI value of 1.0, the number of frames sent, the number of frames at the end that
         were faded after rendering, and the events of `hand_log`. A replay applies each event before its frame.
         A scene of version 1 without a bandwidth is read as having the full band (`scene_before_bands`).
@@ -34,7 +34,7 @@ from synth.voice.hand_voice import HandVoice
 from synth.voice.live_voice import fixed_faults
 
 LONGEST_BLOCK = 1 << 14  # frames rendered together
-VERSIONS = (1, 2, 3, 4, VERSION)  # versions that can be read
+VERSIONS = (1, 2, 3, 4, 5, VERSION)  # versions that can be read
 OLD_EVENTS = ("rows", "refine")  # ignored events of versions 1 and 2: the time at which each load was solved
 OTHER_ENGINE = (
     "This recording was made before response tables: the motion and the scene are those of the session, but the "
@@ -46,6 +46,8 @@ EARLIER = {
     "is up to 1.5 ms later here than it was heard.",
     4: "This recording was made by an earlier version: where updates paused while the finger moved, the finger is put "
     "at its new place here, and then swept to it.",
+    5: "This recording was made by an earlier version: where the stream stood still or ran ahead for a moment, the "
+    "finger was then swept to its new place, or stood still for longer than here.",
 }
 """By the last version of which it is true."""
 SCALES = 1e-24, 1e9  # SI: the widest range of FULL_SCALE_RANGES

@@ -37,16 +37,17 @@ class Numbers:
     catch_up: float
     least_catch_up: float
     kept: int
+    changed: int
     paced: int
     window: float
     shortest_span: float
     pause: float
+    longest_stall: float
     first_interval: float
     creep: float
     back: float
     haste: float
     hurry: float
-    other_clock: float
     latest: float
     fastest: float
     settled: float
@@ -162,10 +163,10 @@ class SlowFollower:
         error = abs(self.place[0] - level)
         far = error >= n.leap_speed * max(self.interval, n.least_leap)
         fastest = error * k * 2.0**2 / 2.0 * math.exp(-2.0)  # of (1 + k t + (k t)^2 / 2) exp(-k t), at k t = 2
-        jumped = bool(not silent and (self.gives == "speed" or far))
         behind = fastest >= max(n.catch_up * abs(self.slope), n.least_catch_up)
         self.found = self.frame if self.until < self.frame else self.found
-        unseen = bool(not silent and not jumped and behind and self.found == self.frame)
+        unseen = bool(not silent and behind and self.gives == "position" and self.found == self.frame)
+        jumped = bool(not silent and not unseen and (self.gives == "speed" or far))
         if jumped:
             level = position
             if self.gives == "position":
@@ -199,18 +200,25 @@ class SlowFollower:
             if passed <= 0.0:
                 self.points, self.lateness, self.intervals = [], [], []
             elif passed > n.pause:
-                self.points, self.slope = [], 0.0
+                if silent or passed > n.longest_stall:
+                    self.points, self.slope = [], 0.0
             else:
                 self.intervals.append(passed)
         now, first = self.frame / self.rate, not self.lateness
         self.lateness.append(now - time)
+        recent = min(self.lateness[-n.changed :])
+        if len(self.lateness) >= n.changed and recent - self.clock >= n.latest:
+            self.lateness = [recent]
         least = min(self.lateness[-n.kept :])
         gap, passed = least - self.clock, min(max(passed, 0.0), n.pause)
-        if first or silent or abs(gap) >= n.other_clock:
+        before = self.clock
+        if first or silent or abs(gap) >= n.latest:
             self.clock = least
         elif gap < 0.0:
             self.clock = max(least, self.clock - (n.back if gap > -n.hurry else n.haste) * passed)
         else:
             self.clock = min(least, self.clock + (n.creep if gap < n.hurry else n.haste) * passed)
+        if self.time is not None and abs(self.clock - before) >= n.latest:
+            self.found = self.frame
         self.time = time
         return min(max(now - time - self.clock, -n.latest), n.latest)

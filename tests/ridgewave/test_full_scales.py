@@ -37,7 +37,7 @@ def test_a_file_at_another_scale_is_rendered_at_that_scale_again(scene: dict[str
 
 def test_a_recording_is_rendered_at_another_scale_again(tmp_path: Path) -> None:
     contact = [[0, "contact", 1, 0.0, 0.0, None, 0.3], [200, "contact", 2, 0.025, 0.002, None, 0.3]]
-    head = {"format": "ridgewave-recording", "version": 5, "scene": {"output": OUTPUT}, "full_scale": [50.0]}
+    head = {"format": "ridgewave-recording", "version": 6, "scene": {"output": OUTPUT}, "full_scale": [50.0]}
     sound = rw.render({**head, "frames": 400, "faded": 0, "events": contact})
     again = rw.render(sound.with_full_scale("80 m/s^2").save(tmp_path / "x.wav"))
     assert again.full_scale == (80.0,)

@@ -150,7 +150,7 @@ def test_the_command_line_takes_a_sound_for_a_scene(tmp_path: Path) -> None:
 def test_a_recording_and_its_file_render_the_same(tmp_path: Path) -> None:
     contact = [[0, "contact", 1, 0.0, 0.0, None, 0.3], [200, "contact", 2, 0.025, 0.002, None, 0.3]]
     scene = rw.parse_scene({"output": OUTPUT}).document()
-    head = {"format": "ridgewave-recording", "version": 5, "scene": scene, "full_scale": [5.0]}
+    head = {"format": "ridgewave-recording", "version": 6, "scene": scene, "full_scale": [5.0]}
     recording = {**head, "frames": 400, "faded": 0, "events": contact}
     sound = rw.render(recording)
     assert sound.frames.any() and len(sound.frames) == 400

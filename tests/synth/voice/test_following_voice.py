@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -135,3 +136,20 @@ def test_a_gap_in_the_updates_ends_without_a_jolt(late: int, speed: float, held:
     most = most if late < 25 else 4.5  # a landing passes light loads, under which the texture is louder
     assert np.abs(after).max() <= most * np.abs(usual).max()
     assert np.abs(np.concatenate(parts[-10:])).max() == pytest.approx(np.abs(usual).max(), rel=0.15)
+
+
+@pytest.mark.parametrize(("stall", "interval"), paired([6, 10, 20, 28, 60], [0.002, 0.0083, 0.033]))
+def test_a_stream_that_stood_still_goes_on_without_a_burst_and_without_silence(stall: int, interval: float) -> None:
+    """The blocks of the stall are rendered together at its end, each with the newest update, as a late service does."""
+    voice = HandVoice(scene_of(output={"quantity": "acceleration", "sample_rate": RATE, "bandwidth": 1000}))
+    parts, last = [], -1
+    for n in range(100 + stall):
+        clock = 0.01 * (60 + stall if 60 <= n < 60 + stall else n)
+        if (newest := math.floor(clock / interval + 1e-9)) > last:
+            voice.touch(Update(newest, newest * interval, SPEED * newest * interval, None, LOAD))
+            last = newest
+        parts.append(voice.render(BLOCK)[:, 0])
+    usual, after = (np.concatenate(some) for some in (parts[30:60], parts[60:]))
+    assert np.abs(after).max() <= 1.7 * np.abs(usual).max()
+    for begin in range(60 + stall + 10, 95 + stall, 5):
+        assert np.std(np.concatenate(parts[begin : begin + 5])) > 0.5 * np.std(usual)

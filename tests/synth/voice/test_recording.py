@@ -112,7 +112,7 @@ def test_a_recording_of_version_1_plays_in_the_full_band() -> None:
     """A scene with null or no bandwidth meant the full band; a given bandwidth is kept."""
     scene = document_of("displacement")
     heard, document = session(scene | {"output": scene["output"] | {"bandwidth": "full"}}, 9)
-    assert document["version"] == 5
+    assert document["version"] == 6
     before = json.loads(json.dumps(document).replace('"bandwidth": "full"', '"bandwidth": null'))
     assert np.array_equal(played(before | {"version": 1}, 10), heard)
     assert not np.array_equal(played(before, 10), heard)
@@ -120,7 +120,10 @@ def test_a_recording_of_version_1_plays_in_the_full_band() -> None:
     assert np.array_equal(played(document | {"version": 1}, 10), named)
 
 
-@pytest.mark.parametrize(("version", "told"), [(3, ["first second", "paused"]), (4, ["paused"]), (5, [])])
+@pytest.mark.parametrize(
+    ("version", "told"),
+    [(3, ["first second", "paused", "stood still"]), (4, ["paused", "stood still"]), (5, ["stood still"]), (6, [])],
+)
 def test_a_recording_of_an_earlier_version_says_where_it_differs(version: int, told: list[str]) -> None:
     voice = HandVoice(parse_scene({}), record=True)
     voice.render(80)
@@ -142,7 +145,7 @@ def test_a_recording_made_before_tables_is_played_and_says_that_it_differs(versi
 @pytest.mark.parametrize(
     ("change", "pointer"),
     [
-        ({"version": 6}, "/version"),
+        ({"version": 7}, "/version"),
         ({"version": "3"}, "/version"),
         ({"version": True}, "/version"),
         ({"version": None}, "/version"),
@@ -173,7 +176,7 @@ def test_a_recording_made_before_tables_is_played_and_says_that_it_differs(versi
 def test_what_is_no_recording_is_refused_with_its_place(change: dict[str, Any], pointer: str) -> None:
     document = {
         "format": "ridgewave-recording",
-        "version": 5,
+        "version": 6,
         "scene": {},
         "full_scale": [1.0],
         "frames": 10,
@@ -188,7 +191,7 @@ def test_what_is_no_recording_is_refused_with_its_place(change: dict[str, Any], 
 def test_a_change_to_other_channels_is_refused_when_it_is_played() -> None:
     scene = {"output": {"channels": ["acceleration", "velocity"]}}
     events = [[5, "scene", scene]]
-    head = {"format": "ridgewave-recording", "version": 5, "scene": {}, "full_scale": [1.0], "frames": 10}
+    head = {"format": "ridgewave-recording", "version": 6, "scene": {}, "full_scale": [1.0], "frames": 10}
     with pytest.raises(SceneError, match="acceleration, velocity; allowed: acceleration, as at the start"):
         Recording(head | {"events": events}).open().render(10)
 
