@@ -24,7 +24,17 @@ from synth.kernels import signed_kernel, unfused
 from synth.motion.motion import LARGEST_LOAD, LOAD, LOAD_BEND, LOAD_RATE, NOWHERE, SPEED, SPEED_RATE, Motion, Update
 from synth.motion.update_curve import ENTRIES as CURVE
 from synth.motion.update_curve import STRIDE, fill_curve, glide, join, new_curve, stand, values_at
-from synth.motion.update_timing import ARRIVALS, CLOCK, INTERVAL, LATEST, begin_anew, late_by, new_track, slope_with
+from synth.motion.update_timing import (
+    ARRIVALS,
+    CLOCK,
+    INTERVAL,
+    LATEST,
+    SLOPE,
+    begin_anew,
+    late_by,
+    new_track,
+    slope_with,
+)
 
 DELAY = 0.01  # s, lag of position and speed: one block of the service; less: turns and stops are overshot, and mice
 # sound rough (without a delay the error is doubled); more: a stroke is felt after it is seen
@@ -41,6 +51,7 @@ LEAST_LEAP = 0.01  # s; at any update rate, a jump is at least LEAP_SPEED times 
 CATCH_UP = 0.4  # speed of catching up after a glide, over that of the hand: the acceleration grows with the square, to
 # twice its own; more: a gap in the updates ends in a jolt; less: gaps of a few ms beyond the horizon are faded
 LEAST_CATCH_UP = 5e-3  # m/s, at any speed of the hand: slower is not felt; less: rounded positions count as jumps
+FASTER = 2.0  # largest mean speed over a pause, over that before it, with which a finger goes on at a place far off
 OF_JOINING = 2.0 * math.exp(-2.0)  # largest speed by which `join` takes back an error, over the error times the decay
 
 UNKNOWN, BY_POSITION, BY_SPEED = 0.0, 1.0, 2.0
@@ -152,6 +163,7 @@ def _go_to(
     """Lead the position to an update's position, which the hand had `late` s ago; return whether it is a jump."""
     before = hand[FRAME] - 1.0
     x, v, a = values_at(curve, before, rate)
+    usual = abs(track[SLOPE])
     slope = slope_with(track, time, position)
     level = position + slope * (late - DELAY - 1.0 / rate)
     decay = min(max(TIGHTNESS / track[INTERVAL], SLOWEST), QUICKEST)
@@ -159,8 +171,10 @@ def _go_to(
     if hand[UNTIL] < hand[FRAME]:
         hand[FOUND] = hand[FRAME]
     behind = OF_JOINING * decay * abs(x - level) >= max(CATCH_UP * abs(slope), LEAST_CATCH_UP)
-    unseen = not silent and behind and hand[MODE] == BY_POSITION and hand[FOUND] == hand[FRAME]
-    jumped = not silent and not unseen and bool(hand[MODE] == BY_SPEED or not abs(x - level) < leap)
+    far = not abs(x - level) < leap
+    like_before = not far or abs(slope) <= FASTER * usual
+    unseen = not silent and behind and like_before and hand[MODE] == BY_POSITION and hand[FOUND] == hand[FRAME]
+    jumped = not silent and not unseen and bool(hand[MODE] == BY_SPEED or far)
     if jumped:
         level = position
         if hand[MODE] == BY_POSITION:

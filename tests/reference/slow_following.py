@@ -35,6 +35,7 @@ class Numbers:
     leap_speed: float
     least_leap: float
     catch_up: float
+    faster: float
     least_catch_up: float
     kept: int
     changed: int
@@ -157,6 +158,7 @@ class SlowFollower:
 
     def _go_to(self, time: float, position: float, late: float, silent: bool) -> bool:
         n = self.numbers
+        usual = abs(self.slope)
         self._fit(time, position)
         level = position + self.slope * (late - n.delay - 1.0 / self.rate)
         k = min(max(n.tightness / self.interval, n.slowest), n.quickest)
@@ -165,7 +167,8 @@ class SlowFollower:
         fastest = error * k * 2.0**2 / 2.0 * math.exp(-2.0)  # of (1 + k t + (k t)^2 / 2) exp(-k t), at k t = 2
         behind = fastest >= max(n.catch_up * abs(self.slope), n.least_catch_up)
         self.found = self.frame if self.until < self.frame else self.found
-        unseen = bool(not silent and behind and self.gives == "position" and self.found == self.frame)
+        like_before = not far or abs(self.slope) <= n.faster * usual
+        unseen = bool(not silent and behind and like_before and self.gives == "position" and self.found == self.frame)
         jumped = bool(not silent and not unseen and (self.gives == "speed" or far))
         if jumped:
             level = position
