@@ -1,9 +1,11 @@
 """Expected position of a hand, from updates that are late, sparse, jittered or rounded.
 
 Model   An update with time t arrives at now = frame / rate. The offset of the clocks follows the smallest of the last
-        KEPT values of now - t. The lateness of an update is its own now - t minus that offset. Its position p is
-        extrapolated at the slope u of a least-squares line through the updates of the last WINDOW seconds: s seconds
-        after its arrival it is p + u (late + s). The interval of updates is the median of the last PACED intervals.
+        KEPT values of now - t. It takes a value that is earlier by LATEST at once, and the smallest of CHANGED in a row
+        that are all later by as much: a stream stood still, or runs ahead. The lateness of an update is its own now - t
+        minus that offset. Its position p is extrapolated at the slope u of a least-squares line through the updates of
+        the last WINDOW seconds: s seconds after its arrival it is p + u (late + s). The interval of updates is the
+        median of the last PACED intervals.
 Source  The design's live protocol; docs/live-motion.md has the measurements behind each constant.
 Limits  A clock that drifts by more than CREEP is followed with a lag. Positions are of one finger on one line.
 """

@@ -3,7 +3,8 @@
 Stage   2, used by `own_motion`.
 Model   The mean is a spline over the load, of means over places. From every second load, and over every second place,
         it changes the frames: both changes are told. Where they exceed the tolerance's share, the spline is made to a
-        finer tolerance, or over twice as many places.
+        finer tolerance, or over twice as many places. Where the motion is then solved in smaller cells, what these
+        change of the mean is added to it, solved at its loads and PLACES_OF_CELLS places.
 Limits  No more than WORK. Where a contact is gained or lost, the second derivative of the mean jumps, and the spline
         errs within an interval of loads of it: the faster the load passes there, the less of it is in the band.
 """
