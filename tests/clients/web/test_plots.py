@@ -285,7 +285,9 @@ def test_the_cursor_tells_place_and_value_by_key_mouse_and_touch(stroked_page: P
         page.dispatch_event("#spectrum", "pointerdown" if kind == "touch" else "pointermove", event)
         told = page.evaluate(reading)
         amount, level = f"{float(f'{value:.3g}'):g}", table.columns["over_threshold_dB"][row]
-        assert f"{float(f'{frequency:.4g}'):g} Hz: " in told and "m/s²" in told, told
+        place, unit = told.split(": ")[0].split(" ")
+        told_frequency = float(place) * {"Hz": 1.0, "kHz": 1000.0}[unit]
+        assert told_frequency == pytest.approx(float(f"{frequency:.4g}"), rel=1e-6) and "m/s²" in told, told
         assert amount in told.replace("m/s", " m/s") or value < 1.0, told
         assert f"{abs(level):.0f} dB" in told
     page.keyboard.press("Escape")
