@@ -31,6 +31,7 @@ from synth.study.line_search import (
     lines_at,
     pause_of,
     spectrum_of,
+    spread_of,
 )
 from synth.study.simulated_outcome import FORCE, force_lines
 from synth.study.steady_outcome import outcome_of
@@ -119,6 +120,12 @@ def compared(
         off = 100.0 * (speed / stated - 1.0)
         fits = f"The lines fit a speed of {1e3 * speed:.4g} mm/s, {off:+.2g} % off the stated one"
         warnings.append(f"{fits}: the speed, the period or the rate of the recording is another.")
+    if spread := spread_of(spectrum, measured):
+        line, lower = spread
+        warnings.append(
+            f"The lines are spread: line {line.number} is at least {lower:.1f} dB too low, since its power is at "
+            "frequencies around it too. The speed or the level varied. Cut the recording to a part of even speed."
+        )
     document = merge_patch(scene_document(scene), {"scan": {"speed": speed}, "output": {"bandwidth": "full"}})
     sizes = _model(parse_scene(document), quantity, fundamental, count)
     modelled = sizes > ABSENT * np.max(sizes)

@@ -35,6 +35,8 @@ AROUND = 64  # bins on each side over which the noise is judged
 LOBE = 2  # bins on each side of a line that does not drift
 SEARCHED = 12  # multiples by which the fundamental is found
 MAINS = (50.0, 60.0)  # Hz
+WIDE, APART = 0.2, 0.4  # how far around a line its spread is looked for: of its frequency, and of the fundamental
+SPREAD = 0.1  # least part of the power of a line that is told where it is around it: the line is 0.4 dB too low
 LEAST_APART = 0.1  # of the power of a line that is not beside the mains; below, a line beside 600 Hz may be hum alone
 
 
@@ -184,6 +186,32 @@ def lines_at(spectrum: Spectrum, fundamental: float, count: int, tried: int) -> 
     return found
 
 
+def spread_of(spectrum: Spectrum, lines: list[Line]) -> tuple[Line, float] | None:
+    """Return the line that is spread most beyond its bins, and how far it is too low (dB); None where none is.
+
+    A speed that varies by more than DRIFT, or a level that does, moves power from a line to the frequencies around it.
+    """
+    from scipy.stats import chi2
+
+    worst, sizes = None, [0.0, *(line.amplitude for line in lines), 0.0]
+    for line in lines:
+        if not line.found or line.amplitude < max(sizes[line.number - 1], sizes[line.number + 1]):
+            continue  # what is around it may be its neighbour's
+        reach = min(WIDE * line.frequency, APART * lines[0].frequency)
+        around = np.setdiff1d(_within(spectrum, line.frequency, reach), _bins(spectrum, line.frequency, DRIFT))
+        around = np.compress(beside_mains(spectrum.hertz[around], LOBE * spectrum.bin) == 0.0, around)
+        if around.size == 0:
+            continue
+        power, noise = (float(np.sum(of[around])) for of in (spectrum.density, spectrum.noise))
+        freedom = _freedom(spectrum, around)
+        part = (power - noise) * spectrum.bin / (0.5 * line.amplitude**2)
+        certain = power > noise * float(chi2.isf(ALARMS / len(lines), freedom)) / freedom
+        lower = 10.0 * math.log10(1.0 + max(part, 0.0))
+        if certain and part > SPREAD and (worst is None or lower > worst[1]):
+            worst = (line, lower)
+    return worst
+
+
 def _freedom(spectrum: Spectrum, bins: Array) -> float:
     """Return the degrees of freedom of the sum over `bins`."""
     return max(2.0, spectrum.freedom * max(1.0, bins.size / 1.5 * spectrum.steady))
@@ -191,7 +219,11 @@ def _freedom(spectrum: Spectrum, bins: Array) -> float:
 
 def _bins(spectrum: Spectrum, frequency: float, drift: float) -> Array:
     """Return the indices of the bins of a line."""
-    reach = LOBE * spectrum.bin + min(drift * frequency, 0.3 * frequency)
+    return _within(spectrum, frequency, LOBE * spectrum.bin + min(drift * frequency, 0.3 * frequency))
+
+
+def _within(spectrum: Spectrum, frequency: float, reach: float) -> Array:
+    """Return the indices of the bins within `reach` (Hz) of a frequency."""
     return np.asarray(np.flatnonzero(np.abs(spectrum.hertz - frequency) <= reach + 1e-9))
 
 

@@ -4,7 +4,8 @@ Stage   STUDY, used by `comparison` and `sound_outcome`.
 Model   A file of ridgewave has its quantity and scale. Another WAV or FLAC has samples without a scale, unless one is
         given. A table (CSV, Parquet) has the samples in a column, and a rate, or times in a column `t` or `time`.
         A table has commas, semicolons or tabs between its columns, and decimal points or commas.
-Limits  Times at equal steps: those of a clock that are off by more than LATE are refused.
+Limits  Times at equal steps: those of a clock that are off by more than LATE are refused. Times may be rounded to
+        whole multiples of a unit that is longer than a step, such as ms at 3.2 kHz: then off is by parts of the unit.
 """
 
 from __future__ import annotations
@@ -33,8 +34,9 @@ if TYPE_CHECKING:
 SOUNDS, TABLES = (".wav", ".flac"), (".csv", ".parquet")
 TIMES = re.compile(r"(t|time)[ _]*[\[(]?(?P<unit>s|ms|us|µs)?[\])]?")  # names of columns of times
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
-LATE = 0.75  # of a step: a time is off by no more, as times may be rounded to whole ms at 1024 Hz
-GAP = 1.9  # steps: a longer one lacks a sample
+LATE = 0.75  # of a step, or of the unit of rounded times: a time is off by no more
+GAP = 1.9  # steps, or units of rounded times: a longer one lacks samples
+WHOLE = 1e-3  # of the unit: so near are the steps of rounded times to multiples of it
 ROUNDED = 16.0  # steps by which a time is off at most where it is rounded; beyond, the steps differ
 AGREES = 0.01  # of the rate of a table with times: a rate that is written beside them
 MOST_HEADER = 1024  # lines of a table in which its separator is looked for
@@ -243,9 +245,10 @@ def _rate(clock: Array | None, rate: float | None) -> float:
         return rate
     numbers = np.arange(len(clock))
     step, begin = np.polyfit(numbers, clock, 1) if len(clock) > 1 and np.all(np.isfinite(clock)) else (0.0, 0.0)
-    late = float(np.max(np.abs(clock - begin - step * numbers))) / step if step > 0.0 else math.inf
+    unit = max(step, _rounded_to(clock))
+    late = float(np.max(np.abs(clock - begin - step * numbers))) / unit if step > 0.0 else math.inf
     if rate is None:
-        gaps = np.flatnonzero(np.diff(clock) > GAP * step) if late < ROUNDED else np.empty(0)
+        gaps = np.flatnonzero(np.diff(clock) > GAP * unit) if late < ROUNDED else np.empty(0)
         if len(gaps):
             row = int(gaps[0]) + 2
             raise _refused(
@@ -258,6 +261,15 @@ def _rate(clock: Array | None, rate: float | None) -> float:
         hint = "Leave the rate out, or the column of the times."
         raise _refused("/rate", f"{rate:g} Hz", f"{1.0 / step:.6g} Hz, as the times of the table say", hint)
     return rate
+
+
+def _rounded_to(clock: Array) -> float:
+    """Return the unit (s) of which all steps of a clock are multiples, some of them 0; 0 where there is none."""
+    steps = np.diff(clock)
+    if not len(steps) or not np.min(steps) == 0.0 < np.max(steps):
+        return 0.0
+    unit = float(np.min(steps[steps > 0.0]))
+    return unit if np.all(np.abs(steps / unit - np.round(steps / unit)) < WHOLE) else 0.0
 
 
 def quantity_of(recording: Recording, asked: str | None) -> str:

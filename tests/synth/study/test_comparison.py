@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -72,8 +73,23 @@ def test_speed_and_lines_are_those_of_the_truth(scene: str, story: str, seed: in
         assert abs(20.0 * math.log10(one.measured.amplitude / size)) < 0.5
         assert wrong != 1.0 or one.difference == pytest.approx(0.0, abs=0.5)
     assert strong >= 3
+    assert not any("spread" in text for text in found.warnings)
     claimed = [one.measured.number for one in found.lines if one.measured.found]
     assert all(sizes[n - 1] > 0.0 for n in claimed if n <= len(sizes))
+
+
+@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("drift", [0.025, 0.04, 0.08])
+def test_a_speed_that_varies_is_told_with_what_it_takes_from_a_level(scene: str, drift: float) -> None:
+    values, sizes = recording(SCENES[scene], 0, noise=0.1, drift=drift)
+    found = beside(SCENES[scene], values)
+    (told,) = (text for text in found.warnings if "spread" in text)
+    words = re.search(r"line (\d+) is at least ([\d.]+) dB too low", told)
+    assert words is not None
+    number, lower = int(words[1]), float(words[2])
+    (line,) = (one.measured for one in found.lines if one.measured.number == number)
+    true = 20.0 * math.log10(sizes[number - 1] / line.amplitude)
+    assert 0.3 * true < lower < true + 0.5
 
 
 @pytest.mark.parametrize("shape", ["burst", "short burst", "strokes", "ramp", "swell"])

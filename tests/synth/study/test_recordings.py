@@ -120,6 +120,12 @@ def test_times_may_be_rounded_and_a_rate_may_be_written_beside_them(tmp_path: Pa
         found = read_recording(table(tmp_path / name, t=times, az=VALUES))
         assert found.rate == pytest.approx(1024.0, rel=1e-3)
         assert read_recording(tmp_path / name, rate=1024.0).rate == 1024.0
+    for faster in (3200.0, 8000.0, 25_600.0):
+        for how in (np.round, lambda clock, digits: np.floor(clock * 10**digits) / 10**digits):
+            times = how(7.0 + np.arange(2000) / faster, 3)
+            assert read_recording(table(tmp_path / "fast.csv", t=times, az=VALUES)).rate == pytest.approx(
+                faster, rel=1e-3
+            )
     uneven = table(tmp_path / "uneven.csv", t=exact**1.5, az=VALUES)
     assert read_recording(uneven, rate=1024.0).rate == 1024.0
     with pytest.raises(rw.InvalidRequest, match="as the times of the table say"):
@@ -132,7 +138,11 @@ def test_times_may_be_rounded_and_a_rate_may_be_written_beside_them(tmp_path: Pa
         ("az\n" + "0,0712\n" * 400, "semicolons"),
         ("time,az\n" + "".join(f"0,{n:03d},1,5\n" for n in range(400)), "semicolons"),
         ("time,az\n" + "".join(f"{(n + (n > 200)) / 4000:.6f},{n % 7}\n" for n in range(400)), "a gap before row 202"),
-        ("time,az\n" + "".join(f"{n / 8000:.3f},{n % 7}\n" for n in range(400)), "equal steps"),
+        (
+            "time,az\n" + "".join(f"{n / 8000 + 0.01 * (n > 200):.3f},{n % 7}\n" for n in range(400)),
+            "gap before row 202",
+        ),
+        ("time,az\n" + "".join(f"{0.05 * (n / 400) ** 2:.3f},{n % 7}\n" for n in range(400)), "equal steps"),
     ],
 )
 def test_a_table_that_would_be_misread_is_refused(tmp_path: Path, text: str, word: str) -> None:
