@@ -12,5 +12,6 @@ dataset         the result as one labelled dataset, and its files
 skin_outcome    what the receptors of the skin feel of a scene; `sound_outcome` of a recording
 cost_of_accuracy  what fewer or more phases cost and change
 waveforms       a sound file for each scene, with a manifest
-comparison      a recording beside the model; `recordings` reads it, `line_search` finds its lines
+comparison      a recording beside the model; `recordings` reads it, `line_search` finds its lines,
+                `recording_doubts` tells what is wrong with it
 """

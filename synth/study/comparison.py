@@ -29,10 +29,10 @@ from synth.study.line_search import (
     beside_mains,
     fundamental_of,
     lines_at,
-    pause_of,
     spectrum_of,
     spread_of,
 )
+from synth.study.recording_doubts import clipping_of, pause_of
 from synth.study.simulated_outcome import FORCE, force_lines
 from synth.study.steady_outcome import outcome_of
 from synth.study.variables import QUANTITIES
@@ -41,7 +41,6 @@ COMPARED = (*QUANTITIES, FORCE)
 SEARCH = 0.15  # of the stated speed, to each side
 MOST_LINES, PHASES = 64, 1024
 FEWEST = 256  # samples of a recording
-CLIPPED, RUN = 1e-3, 3  # part of samples at the ends of the range; equal ones in a row that show clipping
 PERIODS = 2.0  # of the texture, over which the level of a pause is taken at least
 ABSENT = 1e-3  # of the strongest line of the model: weaker ones are rounding, or cancelled by the ridges of a comb
 STEADY = 0.5  # part of the recording that has most of its power; less is told
@@ -101,7 +100,7 @@ def compared(
     _check(values, rate, quantity, scene)
     stated = abs(scene.scan.speed)
     centre = stated / scene.texture.period
-    spectrum, warnings = spectrum_of(values - np.mean(values), rate), [*told, *_doubts(values)]
+    spectrum, warnings = spectrum_of(values - np.mean(values), rate), [*told, *clipping_of(values)]
     if pause := pause_of(values, rate, PERIODS / centre):
         warnings.append(pause)
     elif spectrum.steady < STEADY:
@@ -170,20 +169,6 @@ def _model(scene: Scene, quantity: str, fundamental: float, count: int) -> Array
         return force_lines(scene, count)
     lines = outcome_of(scene, PHASES, count)["line_amplitude"]
     return np.asarray(lines * (2.0 * math.pi * fundamental * np.arange(1, count + 1)) ** QUANTITIES.index(quantity))
-
-
-def _doubts(values: Array) -> list[str]:
-    """Return warnings about a recording: a sensor that clips."""
-    told: list[str] = []
-    if float(np.min(values)) == float(np.max(values)):
-        return told
-    for end in (float(np.max(values)), float(np.min(values))):
-        at = values == end
-        runs = at[2:] & at[1:-1] & at[:-2]
-        if np.mean(at) > CLIPPED and np.any(runs):
-            part = 100.0 * float(np.mean(at))
-            told.append(f"The sensor clips at {end:.4g}, {part:.2g} % of the samples: lines are too small.")
-    return told
 
 
 def _check(values: Array, rate: float, quantity: str, scene: Scene) -> None:

@@ -22,15 +22,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
+from synth.study.recording_doubts import BLOCK
 
 SEGMENT, LEAST_SEGMENTS = 1.0, 4  # s; a shorter recording has shorter segments
 OVERLAPPED = 36.0 / 19.0  # degrees of freedom of each Hann segment that half overlaps the next, for many segments
 ALARMS = 0.01  # part of recordings of noise in which a line is claimed
 DRIFT = 0.015  # of the frequency: how far a line may be spread to each side, by a speed that drifts by 1 %
-BLOCK = 0.1  # s, over which the level is taken
-LOUD = 0.9  # quantile of the power over blocks that is the level of a scan: a knock at its beginning is above it
-QUIET = 0.1  # power of a pause over that of the rest, -10 dB
-PAUSED = 0.1  # least part of a recording in pauses that is told: levels are 0.5 dB lower with it
 AROUND = 64  # bins on each side over which the noise is judged
 LOBE = 2  # bins on each side of a line that does not drift
 SEARCHED = 12  # multiples by which the fundamental is found
@@ -111,24 +108,6 @@ def _steady(values: Array, block: int) -> float:
     power = np.mean(whole**2, axis=1)
     square = float(np.sum(power**2))
     return min(1.0, float(np.sum(power)) ** 2 / (len(power) * square)) if square > 0.0 else 1.0
-
-
-def pause_of(values: Array, rate: float, slowest: float = 0.0) -> str:
-    """Return a sentence on the pauses of a recording, which lower its levels, or "" where it has none.
-
-    slowest: time (s) that blocks last at least, such as two periods of the texture.
-    """
-    block = max(1, round(max(BLOCK, slowest) * rate))
-    whole = values[: len(values) // block * block].reshape(-1, block)
-    power = np.var(whole, axis=1)
-    part = float(np.mean(power < QUIET * np.quantile(power, LOUD)))
-    if part < PAUSED:
-        return ""
-    lower = -10.0 * math.log10(1.0 - part)
-    return (
-        f"The level varies: {round(100.0 * part)} % of the recording is quieter than the rest by 10 dB or more, so its "
-        f"levels are some {lower:.1f} dB lower. Cut it to the scan."
-    )
 
 
 def fundamental_of(spectrum: Spectrum, low: float, high: float, count: int) -> tuple[float, int]:

@@ -16,7 +16,7 @@ from synth.arrays import Array
 from synth.errors import Fault, InvalidRequest, shown
 from synth.perception.contactor import contactor_felt
 from synth.perception.skin import intensity
-from synth.study.line_search import pause_of
+from synth.study.recording_doubts import clipping_of, pause_of
 from synth.study.recordings import Recording, quantity_of
 from synth.study.variables import QUANTITIES
 
@@ -41,7 +41,7 @@ def sound_felt(recording: Recording, quantity: str | None = None) -> dict[str, A
         "pacinian_power": felt[-1].power,
         "intensity": intensity(felt),
         "felt_by": "vibration" if max(levels, default=-1.0) > 0.0 else "nothing",
-        "warnings": [*recording.warnings, *([pause] if pause else [])],
+        "warnings": [*recording.warnings, *clipping_of(recording.values), *([pause] if pause else [])],
     }
 
 

@@ -66,6 +66,20 @@ def test_a_pause_is_told() -> None:
     assert whole["warnings"] == [] and "20 % of the recording is quieter" in paused["warnings"][0]
 
 
+@pytest.mark.parametrize("frequency", [12.0, 20.0, 200.0])
+@pytest.mark.parametrize("step", [0.0, 2.0**-15, 1e-3])
+def test_a_sensor_that_clips_is_told_and_a_round_top_of_a_slow_wave_is_not(frequency: float, step: float) -> None:
+    """step: of the converter; 0: none."""
+    wave = 0.8 * np.sin(2.0 * np.pi * frequency * np.arange(96_000) / 48_000.0)
+    for limit, told in ((1.0, 0), (0.7, 2), (0.4, 2)):
+        values = np.clip(wave, -limit, limit)
+        values = np.round(values / step) * step if step else values
+        found = rw.analyze(values, quantity="acceleration", rate=48_000.0)
+        assert len([text for text in found["warnings"] if "clips" in text]) == told, limit
+    one_sided = rw.analyze(np.minimum(wave, 0.5), quantity="acceleration", rate=48_000.0)
+    assert any("clips at 0.5, " in text for text in one_sided["warnings"])
+
+
 def test_a_rendered_scene_feels_as_its_whole_finger() -> None:
     scene: dict[str, Any] = {"texture": {"period": "0.5 mm"}, "scan": {"load": 0.4}}
     expected = rw.analyze(scene)["whole_finger_level"]
