@@ -92,6 +92,7 @@ def test_a_render_without_a_cache(empty: Path, home: dict[str, str], user: int) 
     assert done.stderr.decode().count(UNKEPT) == 1
 
 
+@pytest.mark.thorough
 def test_a_service_without_a_cache(empty: Path) -> None:
     works(empty, HOMES[2])
 

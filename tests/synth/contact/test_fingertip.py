@@ -27,7 +27,7 @@ from tests.synth.response.table_study import measured_scene
 RATE = 8000
 FINGERTIP: dict[str, Any] = {"kind": "fingertip"}
 SMALL = {"contact_length": "3 mm", "contact_width": "2 mm"}
-QUICK = (0, 1, 2, 3, 4, 7, 8, 9, 10, 16)  # whose brute force is near enough with half of its columns and rows
+QUICK = (0, 1, 2, 4, 7, 9, 10, 16)  # whose brute force is near enough with half of its columns and rows
 TRUSTED = 1e-2  # largest doubt about brute force, of the peak-to-peak
 
 

@@ -264,8 +264,8 @@ def test_there_is_no_force_at_no_load(exponent: float) -> None:
     assert not values.any() and not rates.any()
 
 
-@pytest.mark.parametrize("tolerance", [thorough(1e-3), 1e-5])
-@pytest.mark.parametrize("load", [1e-3, thorough(0.3), thorough(5.0)])
+@pytest.mark.parametrize("tolerance", [1e-3, thorough(1e-5)])
+@pytest.mark.parametrize("load", [thorough(1e-3), 0.3, thorough(5.0)])
 def test_the_mean_of_friction_is_that_of_a_period(load: float, tolerance: float) -> None:
     """Against segments a sixteenth as long, whose error in the mean is 1e-6 of it."""
     wanted = float(friction_of(finer(DEFAULT, HALVINGS), 0.7).approach(period(1 << 12), load)[0].mean())

@@ -91,7 +91,7 @@ def test_the_indentation_is_that_of_the_equations(load: float) -> None:
     assert found.approach(np.zeros(1), load)[1] == pytest.approx(slope, rel=2e-2)
 
 
-@pytest.mark.parametrize("seed", [0, 1, *(thorough(seed) for seed in range(2, 12))])
+@pytest.mark.parametrize("seed", [0, *(thorough(seed) for seed in range(1, 12))])
 def test_z_on_dots_is_that_of_brute_force_at_any_direction(seed: int) -> None:
     random = np.random.default_rng([7, seed])
     radius, load = float(10.0 ** random.uniform(-3.3, -2.3)), float(10.0 ** random.uniform(-1.7, 0.3))

@@ -17,10 +17,10 @@ ALONE = effect_names()
 
 QUICK: dict[str, Any] = {
     "finger": {"contact_length": "1.5 mm"},
-    "output": {"quantity": "displacement", "sample_rate": 8000, "bandwidth": "full"},
+    "output": {"quantity": "displacement", "sample_rate": 8000, "bandwidth": "full", "duration": "0.2 s"},
     "accuracy": {"tolerance": 1e-2},
 }
-"""Sections that make a scene quick to prepare: few ridges, displacement, a low rate, a loose tolerance."""
+"""Sections that make a scene quick to prepare: few ridges, displacement, a low rate, a loose tolerance, 0.2 s."""
 
 
 def scene_with(*names: str, **sections: Any) -> dict[str, Any]:

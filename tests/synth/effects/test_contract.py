@@ -24,15 +24,22 @@ from synth.response_cache import ResponseCache
 from synth.scene.effects_section import declaration, effect_names
 from synth.scene.section import rule_of
 from tests.few import few, paired, thorough
-from tests.synth.effects.effect_cases import ALONE, LARGEST_SETS, TOGETHER, covering, hand, quick_scene, scene_with
+from tests.synth.effects.effect_cases import (
+    ALONE,
+    LARGEST_SETS,
+    QUICK,
+    TOGETHER,
+    covering,
+    hand,
+    quick_scene,
+    scene_with,
+)
 from tests.synth.effects.plain_renders import digest
 
 ROOT = Path(__file__).resolve().parents[3]
 SHAPED: list[tuple[str, ...]] = [("contact_growth", "inertia", "tangential"), ("curvature", "inertia", "tangential")]
 """Sets that a hand may press: the largest sets also have an effect that needs a contact of one shape."""
-CHANNELS = {
-    "output": {"channels": ["displacement", "velocity", "acceleration"], "sample_rate": 8000, "bandwidth": "full"}
-}
+CHANNELS = {"output": QUICK["output"] | {"quantity": None, "channels": ["displacement", "velocity", "acceleration"]}}
 
 SCANS: tuple[dict[str, Any], ...] = (
     {"load": "50 N"},

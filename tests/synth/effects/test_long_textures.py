@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from scipy.integrate import solve_ivp
 
 from synth import Voice, open_voice, parse_scene
@@ -23,6 +24,7 @@ def walk() -> list[float]:
     return list(np.cumsum(steps - np.mean(steps)))
 
 
+@pytest.mark.thorough
 def test_a_file_with_a_mass_on_a_long_texture_errs_by_no_more_than_the_plan_says() -> None:
     """With a table of the energy the error was 0.06 of the peak-to-peak here."""
     scene = parse_scene(

@@ -103,8 +103,8 @@ def field() -> tuple[Any, tuple[float, float]]:
 @pytest.mark.parametrize(
     ("shape", "load"),
     [
-        ("contact_growth", load_at),
         ("curvature", load_at),
+        thorough("contact_growth", load_at),
         thorough("contact_growth", steady_at),
         thorough("curvature", steady_at),
     ],

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import ridgewave as rw
-from tests.few import paired
+from tests.few import thorough
 
 SCANS: dict[str, dict[str, Any]] = {
     "constant": {"speed": 0.1, "load": 0.3},
@@ -19,7 +19,15 @@ SCANS: dict[str, dict[str, Any]] = {
 
 
 @pytest.mark.filterwarnings("ignore::ridgewave.RenderWarning")
-@pytest.mark.parametrize(("scan", "effect"), paired(SCANS, ["adhesion", "inertia"]))
+@pytest.mark.parametrize(
+    ("scan", "effect"),
+    [
+        ("constant", "adhesion"),
+        ("recording", "adhesion"),
+        ("load", "inertia"),
+        *(thorough(*case) for case in (("stroke", "inertia"), ("stroke", "adhesion"), ("constant", "inertia"))),
+    ],
+)
 def test_the_told_error_of_a_simulated_force_is_not_exceeded(scan: str, effect: str) -> None:
     """A slow finger has finer waves in the band, and a table half as fine has its own integral of the energy."""
     document = {

@@ -177,6 +177,7 @@ def hand_of(voice: Voice, split: int, frames: int = 400) -> Real:
     return np.asarray(np.concatenate(blocks)[:, columns] * np.array(voice.full_scale)[columns])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("effects", [{}, thorough({"viscous_skin": {}})], ids=str)
 def test_a_hand_feels_the_forces_of_its_path_late(effects: dict[str, Any]) -> None:
     scene = scene_of("comb", "beside", {**effects, **SLOPES}, scan={"speed": "80 mm/s", "load": LOAD})

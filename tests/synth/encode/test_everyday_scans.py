@@ -36,7 +36,7 @@ def test_a_surface_felt_by_its_friction_judders_by_a_tenth_of_its_force(entry: C
     assert np.max(force) <= static * load * (1.0 + 1e-9)
 
 
-@pytest.mark.parametrize("entry", few(OTHERS, 5), ids=lambda entry: entry.name)
+@pytest.mark.parametrize("entry", few(OTHERS, 3), ids=lambda entry: entry.name)
 def test_an_everyday_scan_is_felt_or_has_a_note(entry: CatalogueEntry) -> None:
     over_area = isinstance(profile_of(parse_scene(entry.everyday)), HeightField)
     sound = render({**entry.everyday, **(COARSE if over_area else {}), "output": {"duration": 1.0}})

@@ -38,7 +38,7 @@ CASES = [
     (finger, texture, scan, QUANTITIES[number % 4], RATES[number % 2])
     for number, (finger, texture, scan) in enumerate(product(FINGERS, TEXTURES, SCANS))
 ]
-QUICK_CASES = (0, 14, 28, 30, 42, 56, 85, 99, 113)
+QUICK_CASES = (0, 14, 28, 42, 56, 85, 99, 113)
 """All fingers and scans, with one of the textures over an area, which are slow."""
 
 

@@ -54,7 +54,7 @@ def frames_of(solved: Preparation, finer: int | None = None) -> Any:
 @pytest.mark.parametrize(
     ("finger", "texture", "step", "output", "tolerance"),
     [
-        (FINGERTIP, {}, 8e-3, {}, 1e-2),
+        thorough(FINGERTIP, {}, 8e-3, {}, 1e-2),
         ({"kind": "probe"}, GRATING, 8e-3, NARROW, 1e-2),
         *(
             thorough(finger, texture, step, output, tolerance)

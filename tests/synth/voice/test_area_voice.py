@@ -74,6 +74,7 @@ def test_a_recorded_path_is_the_line_that_it_follows() -> None:
     assert np.all(differing(found[cruise], line[cruise]) < 1e-3)
 
 
+@pytest.mark.thorough
 def test_a_finger_that_turns_on_its_way_feels_something_else() -> None:
     t = np.linspace(0.0, 0.15, 10)
     turning = exact(trajectory=tuple((float(a), float(-0.08 * a), 0.0, float(2.0 * a), 0.3) for a in t))
