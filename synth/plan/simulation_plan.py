@@ -34,7 +34,7 @@ from synth.effects.simulation.running import RESPONSE, WHOLE, Signal, Simulation
 from synth.effects.simulation.terms import ELASTIC, Terms
 from synth.motion.moved_skin import mover_of
 from synth.plan.contact_steppers import TIGHTEST_TABLE, point_stepper, slope_forces, table_stepper, table_tolerance
-from synth.plan.effect_choice import SimulationCase, relative_change
+from synth.plan.effect_choice import SimulationCase, relative_change, stiffness_round
 from synth.plan.pilot_run import (
     LONGEST_OWN,
     SEARCHED,
@@ -56,7 +56,8 @@ from synth.scene.output_section import FULL_BAND, Channel
 
 FEWEST_STEPS = 96e3  # smallest number of steps per second: contacts change within tens of microseconds
 DOUBLED, DOUBLED_LIVE = 3, 1  # doublings of the fewest steps after which a motion counts as one that does not repeat
-SETTLING = 0.5  # s that are simulated before the first frame of a run that begins in the middle of its motion
+SETTLING = 0.5  # most s that are simulated before the first frame of a run that begins in the middle of its motion
+LEFT_OF_START, PASSED = 1e-2, 3.0  # of the tolerance: what is left of a start then; periods that pass, for adhesion
 BUSY, BUSY_FILE = 0.14, 8.0  # predicted s of work per second: more hinders other live voices; files would take hours
 PATIENCE, PATIENCE_FILE = 0.2, 3.0  # predicted s of work of the next finer pilot, live and for a file
 SHARED = 1.5  # measured over predicted time on a processor that shares its caches: 1 to 2 were seen
@@ -299,6 +300,18 @@ def _begun(case: SimulationCase, terms: Terms, points: int) -> Pilot:
     return tried if tried.repeats else first
 
 
+def _settling(case: SimulationCase, terms: Terms, memory: float) -> float:
+    """Return the time (s) after which a start is forgotten; memory: time constant of the skin, s."""
+    lasting = memory
+    if terms.mass > 0.0:  # it rings, or creeps against a damper
+        stiffness = stiffness_round(case.contact, case.pressed) + terms.pulp
+        slowest = max(2.0 * terms.mass / terms.damping, terms.damping / stiffness) if terms.damping else math.inf
+        lasting = max(lasting, slowest)
+    forgotten = -math.log(LEFT_OF_START * case.tolerance) * lasting
+    passed = PASSED / abs(case.turns) if case.turns else math.inf
+    return min(max(forgotten, passed), SETTLING)
+
+
 def _halved_steps(case: SimulationCase, terms: Terms, simulation: Simulation) -> Simulation:
     """Return `simulation` of a pilot in steps of half the length."""
     steps = 2 * simulation.steps
@@ -317,6 +330,6 @@ def _first_simulation(case: SimulationCase, terms: Terms, points: int) -> Simula
         reference=mean,
         offset=0.0,
         held=terms.adhesion is not None,
-        settling=SETTLING,
+        settling=_settling(case, terms, stepper.memory),
         whole=case.live,
     )
