@@ -57,6 +57,7 @@ MARKS = (
 )  # that programs write for no height
 FAR = 10.0  # times the range of all other heights: such a mark is no height
 POWERS = {"tilt": 1, "curvature": 2}
+STEEP, FEWEST_STEPS = 5.0, 16  # times the rms step between neighbours; heights of a profile whose ends are judged
 WIDE = 5.0  # times the new step: a distance between neighbouring points that a note mentions
 
 
@@ -93,9 +94,21 @@ def import_surface(
     if options.level == "none" and steepest / math.sqrt(12.0) > TILTED * report["rq"] > 0.0:
         rise = show_quantity(float(f"{steepest:.3g}"), Dimension.LENGTH)
         report["notes"].append(f"The surface is tilted: it rises by {rise}. level = tilt removes it")
+    report["notes"] += _ends(heights)
     imported = ImportedSurface(heights, spacing, report)
     report["notes"] += refusals_of_a_scene(imported)
     return imported
+
+
+def _ends(heights: Heights) -> list[str]:
+    """Return a note about a step of a profile where its end is joined to its beginning."""
+    if heights.ndim > 1 or len(heights) < FEWEST_STEPS:
+        return []
+    step, usual = abs(float(heights[0] - heights[-1])), math.sqrt(float(np.mean(np.diff(heights) ** 2)))
+    if step <= STEEP * usual or usual == 0.0:
+        return []
+    high = show_quantity(float(f"{step:.3g}"), Dimension.LENGTH)
+    return [f'A line joins its ends, a step of {high} in each period. With ends = "mirror" a scene has no step']
 
 
 def _marks(found: SurfaceFile) -> list[str]:

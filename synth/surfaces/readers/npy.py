@@ -16,7 +16,14 @@ from typing import IO, Any
 
 import numpy as np
 
-from synth.surfaces.readers.surface_file import LARGEST_FILE, SurfaceFile, check_shape, finite_heights, refuse_file
+from synth.surfaces.readers.surface_file import (
+    LARGEST_FILE,
+    SurfaceFile,
+    check_array,
+    check_shape,
+    finite_heights,
+    refuse_file,
+)
 
 MAGIC = b"\x93NUMPY"
 NAME_IN_ZIP = 30  # place of the first name in a ZIP file
@@ -59,6 +66,7 @@ def _array(file: IO[bytes], name: str) -> SurfaceFile:
     check_shape(shape)
     content = file.read(math.prod(shape) * kind.itemsize)
     stored: np.ndarray[Any, Any] = np.frombuffer(content, kind).reshape(shape, order="F" if is_by_column else "C")
+    check_array(stored)
     heights, missing = finite_heights(stored)
     layout = "heights along a line" if heights.ndim == 1 else "a grid: rows along y, columns along x"
     return SurfaceFile(name, f"{layout}, {stored.dtype}", heights, missing)

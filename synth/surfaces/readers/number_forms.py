@@ -82,7 +82,7 @@ class Form:
         line = line.strip(" \r\n\ufeff")
         if self.quoted:
             cells = next(csv.reader([line], delimiter=self.separator, skipinitialspace=True), [""])
-            cells = [cell for cell in cells if cell] if self.separator == " " else cells
+            cells = ([cell for cell in cells if cell] or [""]) if self.separator == " " else cells
         elif self.separator == " ":
             cells = re.split(r"[ \t]+", TWO_WORDS.sub("nan", line) if "ata" in line.lower() else line)
         else:

@@ -21,6 +21,7 @@ from synth.surfaces.readers.text_header import Header
 
 UPWARDS = "upwards"
 """Key of a header that states the lower left corner (Esri): its first line has the greatest y."""
+UNEQUAL = 0.5  # of a step, by which a count or a time may be off
 SHORT_LINE = 4  # numbers; so few could be a small grid
 LINES_OF_A_PROFILE = 3  # at most: x, y and height, each in one line
 
@@ -75,6 +76,15 @@ def _place(column: Column) -> str:
 def check_counts(values: np.ndarray[Any, Any], columns: tuple[Column, ...]) -> None:
     """Refuse heights along a line beside a column of counts or times that repeat: they are no line."""
     for place, one in enumerate(columns):
+        steps = np.diff(values[:, place])
+        if one.role == "index" and np.any(np.abs(steps - np.median(steps)) > UNEQUAL * np.abs(np.median(steps))):
+            repeats = len(np.unique(values[:, place])) < len(values)
+            if not repeats:
+                refuse_file(
+                    f"a column {one.name[:40]!r} in unequal steps",
+                    "a count or a time in equal steps",
+                    "Points are missing: write a line with nan for each, or remove the column.",
+                )
         if one.role == "index" and len(np.unique(values[:, place])) < len(values):
             refuse_file(
                 f"a column {one.name[:40]!r} whose numbers repeat",

@@ -39,8 +39,8 @@ KEYS = {
     "columns": r"(?:ncols|columns|n ?columns|x[ _-]?(?:pixels|points|samples)|number of columns|horizontal)",
     "rows": r"(?:nrows|rows|n ?rows|y[ _-]?(?:pixels|points|samples)|number of (?:rows|lines)|vertical)",
     "step": rf"(?:cell ?size|(?:x ?y|lateral)[ _-]?{_STEP}|{_STEP}(?<!resolution)(?<!calibration))",
-    "step x": rf"(?:dx|delta ?x|x[ _-]?{_STEP}|{_STEP}[ _-]?x)",
-    "step y": rf"(?:dy|delta ?y|y[ _-]?{_STEP}|{_STEP}[ _-]?y)",
+    "step x": rf"(?:dx|delta[ _]?x|x[ _-]?{_STEP}|{_STEP}[ _-]?x)",
+    "step y": rf"(?:dy|delta[ _]?y|y[ _-]?{_STEP}|{_STEP}[ _-]?y)",
     "unit": r"(?:value ?units?|(?:z|height|vertical|data|amplitude)[ _-]?(?:axis[ _-]?)?units?|units?[ _-]?(?:of )?"
     r"(?:z|heights?|values?)|z[ _-]?(?:axis|achse))",
     "unit x": r"(?:(?:x|x ?y|lateral|horizontal|length|position|distance|abscissa)[ _-]?(?:axis[ _-]?)?units?"
@@ -67,6 +67,8 @@ ALONG_X = re.compile(
     r"(?i)(?:.*[.:=;,|\t])?[\W\d_]*(?:(?:measur\w*|nominal|mean|average|the|data|grid|points?|sampl\w*)\s*){0,3}"
 )
 """Words before the name of a step that leave it the one along x; "Line spacing" and "Z resolution" are others."""
+PITCH = re.compile(r"(?i)\W*pitch\b")
+OF_POINTS = re.compile(r"(?i)[\s#%;']*(?:(?:measur\w*|data|grid|points?|sampl\w*)\s*)*")
 COUNTED = re.compile(
     r"(?i)(?:pixels?|points?|values|data|drop-?outs?|outliers|missing|lost|fehlend\w*|fehlstellen)\s*[:=;,\t|]?\s*[0-9]+$"
 )
@@ -76,7 +78,10 @@ FULL_WIDTH = str.maketrans("\uff08\uff09\uff3b\uff3d\uff5b\uff5d\uff1a\uff0f\uff
 UNITS_OF_ROW = re.compile(r"(?i:units?|einheit(?:en)?|unités?|-+)")  # before the units of a row, or for none
 OF_TWO = re.compile(r"(?i)\W*units?\s*[:=]\s*([^\s,;]+)\s*[,;]\s*([^\s,;]+)\s*")  # Units: mm, um
 LINES_OF_NAMES = 12  # last lines of a header that can name the columns
-BEGINS_AS_NUMBER = re.compile(r"[+-]?[0-9.,]+(?:\s|$)")  # a value, which is no name of a column
+BEGINS_AS_NUMBER = re.compile(
+    r"[+-]?[0-9.,]+(?:[:/][0-9.,]+)*(?:[eE][+-]?[0-9]+)?(?:\s|$)"
+)  # a value, which is no name of a column
+OTHER_LENGTHS = re.compile(r"(?i:ft|feet|foot|dm|yd)")  # which nobody measures a surface in
 INCH = "\u2033"
 _QUOTED = re.compile(r'(^[\s#%!/*]*|[\t;,|]\s*|(?<=")\s+)"((?:[^"]|"")*)"(?=\s*(?:[\t;,|]|$)|\s+")')
 _OPEN_QUOTE = re.compile(r'(?:^|[\t;,|])\s*"[^"]*$')  # the cell ends in the next line
@@ -127,6 +132,8 @@ def header_of(lines: list[str], form: Form, columns: int) -> Header:
             for match in pattern.finditer(text):
                 if key == "step" and not ALONG_X.fullmatch(text[: match.start()]):
                     continue
+                if key == "step" and PITCH.match(match[0]) and not OF_POINTS.fullmatch(text[: match.start()]):
+                    continue  # of a grating
                 if found := _value(key, match, text):
                     _check_same(key, values.setdefault(key, found), found)
                     break
@@ -257,14 +264,15 @@ def _columns(lines: list[str], form: Form, count: int) -> tuple[Column, ...]:
             continue
         found = [_unit_alone(cell) for cell in cells]
         others = [cell for unit, cell in zip(found, cells, strict=True) if cell and not unit]
-        if units is None and any(found) and all(UNITS_OF_ROW.fullmatch(cell) for cell in others):
-            units = found
+        of_else = {cell for cell in others if _is_other_unit(cell)}
+        if units is None and any(found) and all(UNITS_OF_ROW.fullmatch(cell) or cell in of_else for cell in others):
+            units = [unit or (cell if cell in of_else else None) for unit, cell in zip(found, cells, strict=True)]
         elif any(re.search(r"[^\W\d_]", cell) for cell in cells) and not any(map(BEGINS_AS_NUMBER.match, cells)):
             columns = [column_of(cell) for cell in cells]
             if not any(one.unit and UNITS_OF_ROW.fullmatch(one.name) for one in columns):  # "X unit [um]" is a key
                 named.append(columns)
     if not named:
-        return tuple(Column("", unit) for unit in units) if units else ()
+        return tuple(_with_unit(Column(), unit) for unit in units) if units else ()
     chosen = max(named, key=_is_named)
     if units:
         chosen = [_with_unit(one, unit) for one, unit in zip(chosen, units, strict=True)]
@@ -284,6 +292,8 @@ def _is_named(columns: list[Column]) -> int:
 
 def _with_unit(column: Column, unit: str | None) -> Column:
     """Return a column with its unit of the row of units. Refuses another one in its name."""
+    if unit and _is_other_unit(unit):
+        return column if column.role == "index" else replace(column, of_else=f"{column.name} [{unit}]".strip())
     if unit and column.unit and UNITS.get(unit) != UNITS.get(column.unit):
         found = f"a column {column.name!r} in {column.unit}, above a row of units with {unit}"
         refuse_file(found, "one unit for each column", "Remove the unit that is wrong.")
@@ -327,6 +337,12 @@ def _has_one_more(cells: list[str]) -> bool:
     is_unit = last.unit or _unit_alone(cells[-1])
     is_named = any(one.unit or one.of_else or one.role for one in columns)
     return not is_unit and last.role in ("", "other") and is_named
+
+
+def _is_other_unit(cell: str) -> bool:
+    """Return whether a cell of a row of units is no unit of length: "deg", or a factor such as "10 nm"."""
+    inner = cell.strip(" []()<>{}")
+    return bool(NOT_LENGTHS.fullmatch(inner) or OTHER_LENGTHS.fullmatch(inner) or VALUE.fullmatch(inner))
 
 
 def _unit_alone(cell: str) -> str | None:

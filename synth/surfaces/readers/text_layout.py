@@ -35,6 +35,7 @@ EQUAL = 1e-3  # relative difference of the steps of coordinates in the first row
 
 def surface_of_table(values: np.ndarray[Any, Any], form: Form, header: Header, encoding: str) -> SurfaceFile:
     """Return the surface in `values`, float64 [rows, columns]. Raises InvalidRequest."""
+    values, header = _without_empty_x(values, header)
     count = values.shape[1]
     said = form.says(count)
     lines = header.lines
@@ -57,6 +58,13 @@ def surface_of_table(values: np.ndarray[Any, Any], form: Form, header: Header, e
         "columns": _columns(roles, header, count) if roles is not None else [],
     }
     return replace(found, notes=notes, reading=reading)
+
+
+def _without_empty_x(values: np.ndarray[Any, Any], header: Header) -> tuple[np.ndarray[Any, Any], Header]:
+    """Return the table and its header without a first column of x that is empty in every row, as LabVIEW writes it."""
+    if values.shape[1] == 1 or header.axis or not header.columns or not np.all(np.isnan(values[:, 0])):
+        return values, header
+    return values[:, 1:], replace(header, columns=header.columns[1:])
 
 
 def _columns(roles: tuple[str, ...], header: Header, count: int) -> list[dict[str, str | None]]:
@@ -85,6 +93,9 @@ def _roles(header: Header, values: np.ndarray[Any, Any]) -> tuple[str, ...] | No
         return None
     if "x" in named and "height" not in named:
         with_unit = [place for place, one in enumerate(header.columns) if one.unit in UNITS and not one.role]
+        if not with_unit and count > 2 and "y" not in named and _is_monotonic(values[:, named.index("x")]):
+            first = named.index("x")  # x [mm], scan 1, scan 2
+            with_unit = [place for place, role in enumerate(named) if place != first and role in ("", "x")]
         named = ["height" if place in with_unit[:1] else role for place, role in enumerate(named)]
     if "height" in named and {"x", "index"} & set(named):
         return _named(named)
@@ -141,6 +152,16 @@ def _counts_points(column: np.ndarray[Any, Any]) -> bool:
     return column[0] in (0.0, 1.0) and len(column) > 2 and bool(np.all(np.diff(column) == 1.0))
 
 
+def _counts_beside_step(
+    values: np.ndarray[Any, Any], roles: tuple[str, ...], units: list[str | None], header: Header
+) -> bool:
+    """Return whether x counts the points, and the header states the distance between them."""
+    if "y" in roles or "x" not in roles or _step(header)[0] is None or header.unit("unit x"):
+        return False
+    x = roles.index("x")
+    return units[x] is None and _counts_points(values[:, x])
+
+
 def _is_list_of_points(values: np.ndarray[Any, Any]) -> bool:
     """Return whether the first two columns are every place of a lattice, once."""
     across, along = (len(np.unique(values[:, place])) for place in (0, 1))
@@ -167,9 +188,12 @@ def _of_columns(values: np.ndarray[Any, Any], roles: tuple[str, ...], header: He
         units = [unit if role == "height" else "pixel" for unit, role in zip(units, roles, strict=True)]
     elif "x" not in roles:
         check_counts(values, columns)
+        values = _ascending(values, columns)
     of_ordinate = None if "y" in roles else header.unit("unit y")
     of_heights = units[roles.index("height")] or header.unit("unit") or of_ordinate or header.unit("unit of all")
     along = header.unit("unit x") or header.unit("unit of all")
+    if _counts_beside_step(values, roles, units, header):
+        roles = tuple("" if role == "x" else role for role in roles)
     if "x" in roles:
         along = units[roles.index("x")] or along
         values = _in_unit_of_x(values, roles, units)
@@ -201,6 +225,12 @@ def _of_columns(values: np.ndarray[Any, Any], roles: tuple[str, ...], header: He
         found = replace(found, spacing_unit=unstated)
         _check_step(found, header)
     return replace(found, channel=channel, notes=(*found.notes, *notes), doubt=doubt)
+
+
+def _ascending(values: np.ndarray[Any, Any], columns: tuple[Column, ...]) -> np.ndarray[Any, Any]:
+    """Return the rows in the order in which a column counts them up."""
+    index = next((place for place, one in enumerate(columns) if one.role == "index"), None)
+    return values[::-1] if index is not None and np.all(np.diff(values[:, index]) < 0.0) else values
 
 
 def _in_unit_of_x(
@@ -279,7 +309,7 @@ def _grid(values: np.ndarray[Any, Any], header: Header, said: str) -> SurfaceFil
     if rows == 1:
         heights, missing = finite_heights(values.reshape(-1))
         check_shape(heights.shape)
-        spacing, along = _sized(header, 1, columns)
+        spacing, along = _of_its_own(*_sized(header, 1, columns), unit)
         spacing = spacing and spacing[:1]
         return SurfaceFile(
             "text", f"heights along a line{said}", heights, missing, unit, spacing, along, channel=channel
@@ -301,8 +331,15 @@ def _grid(values: np.ndarray[Any, Any], header: Header, said: str) -> SurfaceFil
         layout += ", with x in the first row and y in the first column"
         along = header.unit("unit x") or header.unit("unit of all")
         return SurfaceFile("text", layout, heights, missing, unit, axes, along, channel=channel)
-    spacing, along = _sized(header, rows, columns)
+    spacing, along = _of_its_own(*_sized(header, rows, columns), unit)
     return SurfaceFile("text", layout, heights, missing, unit, spacing, along, channel=channel, notes=notes)
+
+
+def _of_its_own(
+    spacing: tuple[float, ...] | None, along: str | None, unit: str | None
+) -> tuple[tuple[float, ...] | None, str | None]:
+    """Return a spacing and its unit: that of the heights is not meant for a spacing that states none."""
+    return spacing, UNSTATED if spacing is not None and along is None and unit is not None else along
 
 
 def _has_equal_steps(values: np.ndarray[Any, Any]) -> bool:

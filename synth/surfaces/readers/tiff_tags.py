@@ -152,7 +152,8 @@ def _of_map(tags: Any) -> tuple[Spacing, tuple[str, ...]]:
         along_x, along_y = abs(matrix[0]), abs(matrix[5])
     if not (along_x > 0.0 and along_y > 0.0):
         return None, ()
-    return (float(along_x) * metres, float(along_y) * metres), ()
+    unstated = ("Its distance between pixels has no unit: metres, as GeoTIFF says of that",)
+    return (float(along_x) * metres, float(along_y) * metres), () if LINEAR_UNITS in values else unstated
 
 
 def _of_resolution(tags: Any, description: str) -> tuple[Spacing, tuple[str, ...]]:

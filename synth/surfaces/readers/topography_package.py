@@ -27,7 +27,14 @@ from synth.errors import CannotRender, RidgewaveError, shown
 from synth.surfaces.readers.array_files import ARRAYS, HDF5, array_of_heights, check_attributes
 from synth.surfaces.readers.known_files import known, mesh_as_text, refuse_unknown
 from synth.surfaces.readers.map_names import EXAMPLES as MAPS
-from synth.surfaces.readers.surface_file import SurfaceFile, check_shape, finite_heights, refuse_file, unit_named
+from synth.surfaces.readers.surface_file import (
+    SurfaceFile,
+    check_array,
+    check_shape,
+    finite_heights,
+    refuse_file,
+    unit_named,
+)
 
 LARGEST_UNPACKED = 2**28  # bytes of all files in a ZIP file: twice MOST_POINTS heights as 64-bit numbers
 MOST_MEMORY = 2**30  # bytes: MOST_POINTS heights eight times; a false size in a header could allocate any amount
@@ -242,6 +249,8 @@ def _contents(reader: Any, path: Path) -> SurfaceFile:
     is_array = reader.format() in ARRAYS and bool(sizes)
     if is_array and path.read_bytes()[: len(HDF5)] == HDF5:
         check_attributes(path, str(channel.name))
+    if is_array:
+        check_array(stored)
     by_rows = stored if is_array else stored.T  # the package has x down an array, and programs have it across
     heights, missing = finite_heights(stored.ravel() if one_row else by_rows)
     notes: tuple[str, ...] = ()

@@ -9,7 +9,7 @@ import pytest
 
 from synth.errors import InvalidRequest
 from synth.surfaces.readers.file_formats import read_surface_file
-from synth.surfaces.readers.surface_file import UNITS, SurfaceFile
+from synth.surfaces.readers.surface_file import UNITS, UNSTATED, SurfaceFile
 
 
 def contents(folder: Path, text: str, name: str = "scan.csv", encoding: str = "utf-8") -> SurfaceFile:
@@ -77,7 +77,7 @@ def test_the_value_that_an_esri_grid_states_for_no_data_is_a_missing_point(tmp_p
 
 
 def test_comments_between_the_numbers_are_left_out(tmp_path: Path) -> None:
-    np.testing.assert_array_equal(contents(tmp_path, "% made by hand\n1\n# half\n2\n\n3\n").heights, [1, 2, 3])
+    np.testing.assert_array_equal(contents(tmp_path, "% made by hand\n1\n# half\n2\n3\n").heights, [1, 2, 3])
 
 
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "latin-1"])
@@ -107,9 +107,9 @@ def test_the_header_of_gwyddion_states_sizes_and_units(tmp_path: Path) -> None:
     np.testing.assert_allclose(found.spacing or (), (2.0, 2.0))
 
 
-def test_sizes_without_a_unit_have_that_of_the_heights(tmp_path: Path) -> None:
+def test_the_unit_of_sizes_without_one_is_not_that_of_the_heights(tmp_path: Path) -> None:
     found = contents(tmp_path, "# x-length = 8\n# y-length = 4\n# z-unit = nm\n1 2 3 4\n5 6 7 8\n", "a.asc")
-    assert (found.unit, found.spacing_unit, found.spacing) == ("nm", None, (2.0, 2.0))
+    assert (found.unit, found.spacing_unit, found.spacing) == ("nm", UNSTATED, (2.0, 2.0))
 
 
 @pytest.mark.parametrize(

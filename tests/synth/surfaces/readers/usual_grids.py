@@ -111,6 +111,7 @@ GRIDS: tuple[UsualFile, ...] = (
             "# Start of Data:",
             rows=joined("\t"),
         ),
+        options={"unit": "um, um"},
     ),
     grid(
         "confocal.xyz",
