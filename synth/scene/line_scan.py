@@ -3,7 +3,8 @@
 Stage: 1 (SCENE), read by the plan.
 Model: the place across changes nothing. While the finger keeps the direction of the x axis, the scan is the one along
 x: a recording of the places along x, or the cosine of the heading times a constant scan or a stroke. A probe is round,
-so that its direction changes nothing. A comb or a fingertip that is turned meets the texture as an area.
+so that its direction changes nothing. A comb or a fingertip that is turned meets the texture as an area, and stays
+turned: its constant scan or stroke is along x too, its recording is a path.
 """
 
 from __future__ import annotations
@@ -44,13 +45,15 @@ def turned_on_line(scene: Scene) -> bool:
 
 
 def along_x(scene: Scene) -> Scene:
-    """Return `scene` with a scan along x if its texture is a line, on which its finger is not turned."""
-    scan = scene.scan
-    plain = scan.along_x and not scan.turned and scan.y == 0.0
-    if plain or kinds()[scene.texture.kind].of_area or turned_on_line(scene):
+    """Return `scene` with a scan along x if its texture is a line; a turned finger keeps its direction."""
+    scan, turned = scene.scan, turned_on_line(scene)
+    plain = scan.along_x and (turned or not scan.turned) and scan.y == 0.0
+    if plain or kinds()[scene.texture.kind].of_area or (turned and scan.trajectory is not None):
         return scene
     fields = {name: getattr(scan, name) for name in Scan.model_fields} | _along_x(scan)
-    found = ScanAlongX.model_construct(**fields | {"y": 0.0, "heading": 0.0, "direction": 0.0})
+    found = ScanAlongX.model_construct(
+        **fields | {"y": 0.0, "heading": 0.0, "direction": scan.direction if turned else 0.0}
+    )
     found._written = scan
     return scene.model_copy(update={"scan": found})
 
