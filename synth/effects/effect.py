@@ -206,6 +206,7 @@ class AddedChannel:
     method: how the channel is computed, in words.
     unfelt: error below which nobody is warned, whatever the tolerance.
     work: measured processor time of a second of sound (s), of what is solved live for this channel and those beside it.
+    of_own_motion: whether the full scale is the peak of all frames of a file, before its fades.
     """
 
     quantity: str
@@ -215,6 +216,7 @@ class AddedChannel:
     method: str
     unfelt: float = 0.0
     work: float = 0.0
+    of_own_motion: bool = False
 
 
 class OutputStage(Protocol):

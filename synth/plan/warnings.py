@@ -138,7 +138,8 @@ def level_of_effects(scene: Scene, effects: PreparedEffects, *, stepped: bool) -
         return ()
     automatic: list[str] = [one.quantity for one in scene.output.channel_list if stepped and not one.full_scale]
     given = [scale for effect, settings in outputs_of(scene) for scale in effect.scales(settings)]
-    automatic += [one.quantity for one, scale in zip(effects.channels, given, strict=True) if not scale]
+    added = zip(effects.channels, given, strict=True)
+    automatic += [one.quantity for one, scale in added if not scale and (scene.output.fade or not one.of_own_motion)]
     if not automatic:
         return ()
     return (

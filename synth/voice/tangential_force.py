@@ -132,10 +132,16 @@ class TangentialStage:
         scale, found = unit * float(np.max(np.abs(moved))) / PEAK, []
         if self.law.full_scale is not None or scale <= STILL:
             scale = unit
+        whole = self.solved.scene.scan.stroke is not None or len(moved) == self._frames()
         for one, extent, error in zip(self.channels, extents.tolist(), errors.tolist(), strict=True):
             own = replace(one, extent=extent, error=error) if small else replace(one, error=max(one.error, error))
-            found.append(replace(own, full_scale=scale))
+            found.append(replace(own, full_scale=scale, of_own_motion=whole))
         return replace(self, channels=tuple(found))
+
+    def _frames(self) -> int:
+        """Return the frames of the file."""
+        output = self.solved.scene.output
+        return max(1, round(output.duration * output.sample_rate))
 
     def _errors_along(self, plan: SimulationPlan, moved: Block) -> Array:
         """Return the error of each channel along the first part of the motion, in units of `moved`."""
