@@ -23,16 +23,17 @@ from synth.scene.merge import merge_patch
 from synth.scene.scene import Scene, parse_scene, scene_document
 from synth.study.line_search import (
     LOBE,
-    MAINS,
     Line,
     Spectrum,
     beside_mains,
     fundamental_of,
     lines_at,
+    mean_fundamental,
+    segment_of,
     spectrum_of,
     spread_of,
 )
-from synth.study.recording_doubts import clipping_of, pause_of
+from synth.study.recording_doubts import MAINS, clipping_of, pause_of
 from synth.study.simulated_outcome import FORCE, force_lines
 from synth.study.steady_outcome import outcome_of
 from synth.study.variables import QUANTITIES
@@ -101,7 +102,7 @@ def compared(
     stated = abs(scene.scan.speed)
     centre = stated / scene.texture.period
     spectrum, warnings = spectrum_of(values - np.mean(values), rate), [*told, *clipping_of(values)]
-    if pause := pause_of(values, rate, PERIODS / centre):
+    if pause := pause_of(values, rate, PERIODS / centre, segment_of(len(values), rate)):
         warnings.append(pause)
     elif spectrum.steady < STEADY:
         part = 100.0 * spectrum.steady
@@ -114,17 +115,15 @@ def compared(
         expected = lines_at(spectrum, centre, count, tried)
         lines, why = tuple(Compared(one, math.nan, None) for one in expected), _why_none(spectrum, expected, stated)
         return Comparison(name, quantity, rate, stated, None, None, lines, spectrum, (*warnings, why))
+    if spread_of(spectrum, measured):
+        fundamental = mean_fundamental(spectrum, fundamental, measured)
+        measured = lines_at(spectrum, fundamental, count, tried)
+        warnings.append(_spread(spread_of(spectrum, measured)))
     speed = fundamental * scene.texture.period
     if abs(speed - stated) > OFF * stated:
         off = 100.0 * (speed / stated - 1.0)
         fits = f"The lines fit a speed of {1e3 * speed:.4g} mm/s, {off:+.2g} % off the stated one"
         warnings.append(f"{fits}: the speed, the period or the rate of the recording is another.")
-    if spread := spread_of(spectrum, measured):
-        line, lower = spread
-        warnings.append(
-            f"The lines are spread: line {line.number} is at least {lower:.1f} dB too low, since its power is at "
-            "frequencies around it too. The speed or the level varied. Cut the recording to a part of even speed."
-        )
     document = merge_patch(scene_document(scene), {"scan": {"speed": speed}, "output": {"bandwidth": "full"}})
     sizes = _model(parse_scene(document), quantity, fundamental, count)
     modelled = sizes > ABSENT * np.max(sizes)
@@ -145,6 +144,15 @@ def compared(
             warnings.append("No line of the model is found, so no gain is fitted.")
     lines = tuple(Compared(*pair) for pair in zip(measured, sizes.tolist(), differences, strict=True))
     return Comparison(name, quantity, rate, stated, speed, gain, lines, spectrum, tuple(warnings))
+
+
+def _spread(worst: tuple[Line, float] | None) -> str:
+    """Return a sentence on lines that are spread; worst: the line that loses most, and its loss (dB)."""
+    lost = "those of high numbers are too low"
+    if worst is not None:
+        lost = f"line {worst[0].number} is at least {worst[1]:.1f} dB too low"
+    varied = "The speed or the level varied, and the fitted speed is a mean."
+    return f"The lines are spread: {lost}, and near ones mix. {varied} Cut the recording to a part of even speed."
 
 
 def _why_none(spectrum: Spectrum, expected: list[Line], stated: float) -> str:

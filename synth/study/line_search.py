@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.study.recording_doubts import BLOCK
+from synth.study.recording_doubts import BLOCK, MAINS
 
 SEGMENT, LEAST_SEGMENTS = 1.0, 4  # s; a shorter recording has shorter segments
 OVERLAPPED = 36.0 / 19.0  # degrees of freedom of each Hann segment that half overlaps the next, for many segments
@@ -31,9 +31,9 @@ DRIFT = 0.015  # of the frequency: how far a line may be spread to each side, by
 AROUND = 64  # bins on each side over which the noise is judged
 LOBE = 2  # bins on each side of a line that does not drift
 SEARCHED = 12  # multiples by which the fundamental is found
-MAINS = (50.0, 60.0)  # Hz
 WIDE, APART = 0.2, 0.4  # how far around a line its spread is looked for: of its frequency, and of the fundamental
 SPREAD = 0.1  # least part of the power of a line that is told where it is around it: the line is 0.4 dB too low
+CENTRED, OF_CENTRE = 4, 3  # times that the centre of lines that are spread is sought, and how many of them
 LEAST_APART = 0.1  # of the power of a line that is not beside the mains; below, a line beside 600 Hz may be hum alone
 
 
@@ -92,7 +92,7 @@ def spectrum_of(values: Array, rate: float) -> Spectrum:
     from scipy.signal import welch
     from scipy.stats import chi2
 
-    length = max(16, min(round(SEGMENT * rate), 2 * len(values) // (LEAST_SEGMENTS + 1)))
+    length = segment_of(len(values), rate)
     hertz, density = welch(values, rate, "hann", length, length // 2, detrend="linear")
     segments = max(1, (len(values) - length // 2) // (length - length // 2))
     steady = _steady(values, max(1, round(BLOCK * rate)))
@@ -100,6 +100,11 @@ def spectrum_of(values: Array, rate: float) -> Spectrum:
     median = median_filter(density, 2 * AROUND + 1, mode="nearest")
     noise = median / (chi2.median(freedom) / freedom)
     return Spectrum(np.asarray(hertz), np.asarray(density), freedom, np.asarray(np.maximum(noise, 1e-300)), steady)
+
+
+def segment_of(samples: int, rate: float) -> int:
+    """Return the samples of a segment."""
+    return max(16, min(round(SEGMENT * rate), 2 * samples // (LEAST_SEGMENTS + 1)))
 
 
 def _steady(values: Array, block: int) -> float:
@@ -189,6 +194,19 @@ def spread_of(spectrum: Spectrum, lines: list[Line]) -> tuple[Line, float] | Non
         if certain and part > SPREAD and (worst is None or lower > worst[1]):
             worst = (line, lower)
     return worst
+
+
+def mean_fundamental(spectrum: Spectrum, fundamental: float, lines: list[Line]) -> float:
+    """Return the mean of a fundamental (Hz) that varies: the centre of the power around its first lines."""
+    for _turn in range(CENTRED):
+        above, below = 0.0, 0.0
+        for n in (line.number for line in lines[:OF_CENTRE] if not line.mains):
+            near = _within(spectrum, n * fundamental, min(WIDE * n, APART) * fundamental)
+            near = np.compress(beside_mains(spectrum.hertz[near], LOBE * spectrum.bin) == 0.0, near)
+            over = np.maximum(spectrum.density[near] - 2.0 * spectrum.noise[near], 0.0)
+            above, below = above + float(spectrum.hertz[near] @ over) / n, below + float(np.sum(over))
+        fundamental = above / below if below > 0.0 else fundamental
+    return fundamental
 
 
 def _freedom(spectrum: Spectrum, bins: Array) -> float:

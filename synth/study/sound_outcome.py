@@ -16,7 +16,7 @@ from synth.arrays import Array
 from synth.errors import Fault, InvalidRequest, shown
 from synth.perception.contactor import contactor_felt
 from synth.perception.skin import intensity
-from synth.study.recording_doubts import clipping_of, pause_of
+from synth.study.recording_doubts import clipping_of, hum_of, pause_of
 from synth.study.recordings import Recording, quantity_of
 from synth.study.variables import QUANTITIES
 
@@ -35,13 +35,15 @@ def sound_felt(recording: Recording, quantity: str | None = None) -> dict[str, A
     pause = pause_of(recording.values, recording.rate)
     felt = contactor_felt(recording.values, recording.rate, QUANTITIES.index(said))
     levels = [one.level for one in felt if one.level is not None]
+    strongest = max((one for one in felt if one.level is not None), key=lambda one: one.level or 0.0, default=None)
+    hum = hum_of(strongest.frequency) if strongest and not recording.quantity else ""
     return {
         "whole_finger_level": max(levels, default=None),
         "receptors": [asdict(one) for one in felt],
         "pacinian_power": felt[-1].power,
         "intensity": intensity(felt),
         "felt_by": "vibration" if max(levels, default=-1.0) > 0.0 else "nothing",
-        "warnings": [*recording.warnings, *clipping_of(recording.values), *([pause] if pause else [])],
+        "warnings": [*recording.warnings, *clipping_of(recording.values), *filter(None, (pause, hum))],
     }
 
 

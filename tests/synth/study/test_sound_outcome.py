@@ -80,6 +80,14 @@ def test_a_sensor_that_clips_is_told_and_a_round_top_of_a_slow_wave_is_not(frequ
     assert any("clips at 0.5, " in text for text in one_sided["warnings"])
 
 
+def test_a_recording_that_is_strongest_at_the_mains_is_doubted() -> None:
+    t = np.arange(3 * 8000) / 8000.0
+    felt = np.sin(2.0 * np.pi * 170.0 * t)
+    for hum, told in ((0.0, 0), (20.0, 1)):
+        found = rw.analyze(felt + hum * np.sin(2.0 * np.pi * 50.0 * t), quantity="acceleration", rate=8000.0)
+        assert len([text for text in found["warnings"] if "hum of the mains" in text]) == told
+
+
 def test_a_rendered_scene_feels_as_its_whole_finger() -> None:
     scene: dict[str, Any] = {"texture": {"period": "0.5 mm"}, "scan": {"load": 0.4}}
     expected = rw.analyze(scene)["whole_finger_level"]
