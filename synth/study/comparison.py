@@ -109,16 +109,12 @@ def compared(
         warnings.append(f"The level varies: most of the power is in {part:.2g} % of the recording. Cut it to the scan.")
     top = min(scene.output.bandwidth_hz, 0.45 * rate)
     count = max(1, min(MOST_LINES, int(top / centre)))
-    fundamental, tried = fundamental_of(spectrum, (1.0 - SEARCH) * centre, (1.0 + SEARCH) * centre, count)
-    measured = lines_at(spectrum, fundamental, count, tried)
+    fundamental, tried, measured, spread = _lines(spectrum, centre, count)
     if not any(one.found for one in measured):
         expected = lines_at(spectrum, centre, count, tried)
         lines, why = tuple(Compared(one, math.nan, None) for one in expected), _why_none(spectrum, expected, stated)
         return Comparison(name, quantity, rate, stated, None, None, lines, spectrum, (*warnings, why))
-    if spread_of(spectrum, measured):
-        fundamental = mean_fundamental(spectrum, fundamental, measured)
-        measured = lines_at(spectrum, fundamental, count, tried)
-        warnings.append(_spread(spread_of(spectrum, measured)))
+    warnings += spread
     speed = fundamental * scene.texture.period
     if abs(speed - stated) > OFF * stated:
         off = 100.0 * (speed / stated - 1.0)
@@ -144,6 +140,17 @@ def compared(
             warnings.append("No line of the model is found, so no gain is fitted.")
     lines = tuple(Compared(*pair) for pair in zip(measured, sizes.tolist(), differences, strict=True))
     return Comparison(name, quantity, rate, stated, speed, gain, lines, spectrum, tuple(warnings))
+
+
+def _lines(spectrum: Spectrum, centre: float, count: int) -> tuple[float, int, list[Line], list[str]]:
+    """Return the fundamental (Hz), how many were tried around `centre`, its lines, and a sentence where they spread."""
+    fundamental, tried = fundamental_of(spectrum, (1.0 - SEARCH) * centre, (1.0 + SEARCH) * centre, count)
+    measured = lines_at(spectrum, fundamental, count, tried)
+    if not spread_of(spectrum, measured):
+        return fundamental, tried, measured, []
+    fundamental = mean_fundamental(spectrum, fundamental, measured)
+    measured = lines_at(spectrum, fundamental, count, tried)
+    return fundamental, tried, measured, [_spread(spread_of(spectrum, measured))]
 
 
 def _spread(worst: tuple[Line, float] | None) -> str:

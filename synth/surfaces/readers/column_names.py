@@ -26,6 +26,7 @@ NOT_LENGTHS = re.compile(
     r"|a\.?u\.?|arb|gr[ae]y|dbv?|g|mm/s|m/s|[um]m/s|[mµunp]?a|volts?|millivolts?|amperes?|amps?|newtons?|bar|psi|mol|lsb"
     r"|adc|adu|dn|digits?|bits?|ohms?|watts?|w|j|celsius|fahrenheit|kelvin|hours?|hertz|pascal)|[MGT]m|[nmµup]M"
 )
+OTHER_LENGTHS = re.compile(r"(?i:ft|feet|foot|dm|yd)")  # which nobody measures a surface in
 PIXELS = re.compile(r"(?i:px|pix|pixels?|points?|pts?|samples?|index)")
 INDEX = re.compile(
     r"(?i:no|nr|num|number|index|idx|id|i|n|#|№|points?|pts?|point ?(?:no|nr|number|index)|counter|count|samples?|"
@@ -146,6 +147,12 @@ def column_of(cell: str) -> Column:
 
 def _doubt(cell: str, remainder: str) -> str:
     return f"a column {cell[:60]!r}, in which {remainder[:60]!r} is not understood" if remainder else ""
+
+
+def is_other_unit(cell: str) -> bool:
+    """Return whether a cell of a row of units is no unit of length: "deg", or a factor such as "10 nm"."""
+    inner = cell.strip(" []()<>{}")
+    return bool(NOT_LENGTHS.fullmatch(inner) or OTHER_LENGTHS.fullmatch(inner) or VALUE.fullmatch(inner))
 
 
 def units_beside_names(lines: list[str]) -> list[tuple[str, str]]:

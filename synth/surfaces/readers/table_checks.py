@@ -130,3 +130,35 @@ def _refuse_units(of_header: str, of_column: str | None) -> None:
     refuse_file(
         f"a header with the unit {of_header}, and a column in {of_column}", "one unit", "Remove the one that is wrong."
     )
+
+
+def is_monotonic(column: np.ndarray[Any, Any]) -> bool:
+    """Return whether the numbers of a column rise or fall at every step."""
+    steps = np.diff(column)
+    return bool(np.all(steps > 0.0) or np.all(steps < 0.0))
+
+
+def counts_points(column: np.ndarray[Any, Any]) -> bool:
+    """Return whether the numbers of a column are 0, 1, 2, ... or 1, 2, 3, ..."""
+    return column[0] in (0.0, 1.0) and len(column) > 2 and bool(np.all(np.diff(column) == 1.0))
+
+
+def ascending(values: np.ndarray[Any, Any], columns: tuple[Column, ...]) -> np.ndarray[Any, Any]:
+    """Return the rows in the order in which a column counts them up."""
+    index = next((place for place, one in enumerate(columns) if one.role == "index"), None)
+    return values[::-1] if index is not None and np.all(np.diff(values[:, index]) < 0.0) else values
+
+
+def is_list_of_points(values: np.ndarray[Any, Any]) -> bool:
+    """Return whether the first two columns are every place of a lattice, once."""
+    across, along = (len(np.unique(values[:, place])) for place in (0, 1))
+    if min(across, along) < 2 or across * along != len(values) or len(values) < 9:
+        return False
+    return len(np.unique(values[:, :2], axis=0)) == len(values)
+
+
+def without_empty_x(values: np.ndarray[Any, Any], header: Header) -> tuple[np.ndarray[Any, Any], Header]:
+    """Return the table and its header without a first column of x that is empty in every row, as LabVIEW writes it."""
+    if values.shape[1] == 1 or header.axis or not header.columns or not np.all(np.isnan(values[:, 0])):
+        return values, header
+    return values[:, 1:], replace(header, columns=header.columns[1:])

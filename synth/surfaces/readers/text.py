@@ -21,7 +21,7 @@ import warnings
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
-from itertools import chain, dropwhile, islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any, NoReturn, TextIO
 
@@ -42,6 +42,7 @@ from synth.surfaces.readers.number_forms import (
     refuse_ambiguous,
 )
 from synth.surfaces.readers.surface_file import MOST_POINTS, SurfaceFile, refuse_file
+from synth.surfaces.readers.text_blocks import EMPTY_CELLS, check_blocks
 from synth.surfaces.readers.text_encoding import encoding_of, is_text
 from synth.surfaces.readers.text_header import header_of
 from synth.surfaces.readers.text_layout import surface_of_table
@@ -49,8 +50,6 @@ from synth.surfaces.readers.text_layout import surface_of_table
 MOST_HEADER = 300  # lines before the numbers
 MOST_ALIKE = 3  # lines of numbers of one length above the names of columns; more are points
 WITH_UNIT = re.compile(r"[+-]?[0-9.,]+ ?(?:[mnuµμ]?m|in|mil)")
-MARKS = re.compile(r"\s*(?:[-*?]+[\s;,|]*)+")  # a line of missing points
-EMPTY_CELLS = re.compile(r"(?=.*[^\s])[\s;,|\"]+")
 FEWEST_COUNTED = 4  # heights below a first number that counts them; a smaller number is as likely a height
 SAMPLE = 100  # lines that decide how the numbers are written
 OCTAVE = "# Created by Octave"
@@ -117,7 +116,7 @@ def read(path: Path, _ending: str) -> SurfaceFile:
     values, note = _without_count(values, sample, form)
     stated = header_of(header, form, values.shape[1])
     if len(values) > 1 and not {"x", "y"} & {one.role for one in stated.columns}:
-        _check_blocks(path, codec, values.shape[1], len(header))
+        check_blocks(path, codec, values.shape[1], len(header))
     found = surface_of_table(values, form, stated, encoding)
     return replace(found, notes=(*found.notes, note)) if note else found
 
@@ -151,33 +150,6 @@ def _without_count(values: np.ndarray[Any, Any], sample: list[str], form: Form) 
 
 def _decimals(number: str) -> int:
     return len(number.lower().partition("e")[0].partition(".")[2])
-
-
-def _check_blocks(path: Path, codec: str, columns: int, above: int) -> None:
-    """Refuse heights without x in blocks that empty lines or lines of words divide: each may be a surface of its own.
-
-    Lists of x, y and z may have an empty line after each row. Empty lines after every line divide nothing. Pages of
-    one length, with a shorter last one, are one surface. So are blocks of two lengths that comments divide.
-
-    above: lines of the header.
-    """
-    lengths, equal = [0], [0]
-    with path.open(encoding=codec) as file:
-        for line in islice(dropwhile(lambda line: not line.strip(), file), above, None):
-            is_number = line[0] in "0123456789+-" or (re.search("[0-9]", line) and not COMMENT.match(line))
-            if is_number or MARKS.fullmatch(line) or EMPTY_CELLS.fullmatch(line) or is_missing(line):
-                lengths[-1] += 1
-                equal[-1] += 1
-                continue
-            equal += [0] * bool(equal[-1])
-            lengths += [0] * bool(lengths[-1] and not COMMENT.match(line))
-    whole, equal = ([length for length in of if length] for of in (lengths, equal))
-    pages = len(whole) > 2 and len(set(whole[:-1])) == 1 and whole[-1] < whole[0]
-    if len(whole) < 2 and len(equal) > 1 and 1 < equal[-1] == equal[-2]:
-        whole, pages = equal, False
-    if columns not in (2, 3) and len(whole) > 1 and max(whole) > 1 and not pages:
-        found = f"{len(whole)} blocks of numbers, of {', '.join(map(str, whole[:4]))} lines"
-        refuse_file(found, "one block", "Keep the lines of one of them. Write nan for a missing point.")
 
 
 def _beginning(file: TextIO) -> tuple[list[str], list[str]]:

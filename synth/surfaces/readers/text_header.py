@@ -23,6 +23,7 @@ from synth.surfaces.readers.column_names import (
     VALUE,
     Column,
     column_of,
+    is_other_unit,
     units_beside_names,
 )
 from synth.surfaces.readers.header_factors import check_statements
@@ -68,7 +69,7 @@ ALONG_X = re.compile(
 )
 """Words before the name of a step that leave it the one along x; "Line spacing" and "Z resolution" are others."""
 PITCH = re.compile(r"(?i)\W*pitch\b")
-OF_POINTS = re.compile(r"(?i)[\s#%;']*(?:(?:measur\w*|data|grid|points?|sampl\w*)\s*)*")
+OF_POINTS = re.compile(r"(?i)[\s#%;']*(?:(?:measur\w*|data|grid|points?|sampl\w*)\s*){0,3}")
 COUNTED = re.compile(
     r"(?i)(?:pixels?|points?|values|data|drop-?outs?|outliers|missing|lost|fehlend\w*|fehlstellen)\s*[:=;,\t|]?\s*[0-9]+$"
 )
@@ -81,7 +82,6 @@ LINES_OF_NAMES = 12  # last lines of a header that can name the columns
 BEGINS_AS_NUMBER = re.compile(
     r"[+-]?[0-9.,]+(?:[:/][0-9.,]+)*(?:[eE][+-]?[0-9]+)?(?:\s|$)"
 )  # a value, which is no name of a column
-OTHER_LENGTHS = re.compile(r"(?i:ft|feet|foot|dm|yd)")  # which nobody measures a surface in
 INCH = "\u2033"
 _QUOTED = re.compile(r'(^[\s#%!/*]*|[\t;,|]\s*|(?<=")\s+)"((?:[^"]|"")*)"(?=\s*(?:[\t;,|]|$)|\s+")')
 _OPEN_QUOTE = re.compile(r'(?:^|[\t;,|])\s*"[^"]*$')  # the cell ends in the next line
@@ -264,7 +264,7 @@ def _columns(lines: list[str], form: Form, count: int) -> tuple[Column, ...]:
             continue
         found = [_unit_alone(cell) for cell in cells]
         others = [cell for unit, cell in zip(found, cells, strict=True) if cell and not unit]
-        of_else = {cell for cell in others if _is_other_unit(cell)}
+        of_else = {cell for cell in others if is_other_unit(cell)}
         if units is None and any(found) and all(UNITS_OF_ROW.fullmatch(cell) or cell in of_else for cell in others):
             units = [unit or (cell if cell in of_else else None) for unit, cell in zip(found, cells, strict=True)]
         elif any(re.search(r"[^\W\d_]", cell) for cell in cells) and not any(map(BEGINS_AS_NUMBER.match, cells)):
@@ -292,7 +292,7 @@ def _is_named(columns: list[Column]) -> int:
 
 def _with_unit(column: Column, unit: str | None) -> Column:
     """Return a column with its unit of the row of units. Refuses another one in its name."""
-    if unit and _is_other_unit(unit):
+    if unit and is_other_unit(unit):
         return column if column.role == "index" else replace(column, of_else=f"{column.name} [{unit}]".strip())
     if unit and column.unit and UNITS.get(unit) != UNITS.get(column.unit):
         found = f"a column {column.name!r} in {column.unit}, above a row of units with {unit}"
@@ -337,12 +337,6 @@ def _has_one_more(cells: list[str]) -> bool:
     is_unit = last.unit or _unit_alone(cells[-1])
     is_named = any(one.unit or one.of_else or one.role for one in columns)
     return not is_unit and last.role in ("", "other") and is_named
-
-
-def _is_other_unit(cell: str) -> bool:
-    """Return whether a cell of a row of units is no unit of length: "deg", or a factor such as "10 nm"."""
-    inner = cell.strip(" []()<>{}")
-    return bool(NOT_LENGTHS.fullmatch(inner) or OTHER_LENGTHS.fullmatch(inner) or VALUE.fullmatch(inner))
 
 
 def _unit_alone(cell: str) -> str | None:

@@ -20,11 +20,16 @@ from synth.surfaces.readers.number_forms import SEPARATORS, Form
 from synth.surfaces.readers.surface_file import UNITS, UNSTATED, SurfaceFile, check_shape, finite_heights, refuse_file
 from synth.surfaces.readers.table_checks import (
     UPWARDS,
+    ascending,
     check_counts,
     check_lines,
     check_table,
+    counts_points,
+    is_list_of_points,
+    is_monotonic,
     numbered_places,
     with_corner,
+    without_empty_x,
 )
 from synth.surfaces.readers.text_header import Header
 
@@ -35,7 +40,7 @@ EQUAL = 1e-3  # relative difference of the steps of coordinates in the first row
 
 def surface_of_table(values: np.ndarray[Any, Any], form: Form, header: Header, encoding: str) -> SurfaceFile:
     """Return the surface in `values`, float64 [rows, columns]. Raises InvalidRequest."""
-    values, header = _without_empty_x(values, header)
+    values, header = without_empty_x(values, header)
     count = values.shape[1]
     said = form.says(count)
     lines = header.lines
@@ -58,13 +63,6 @@ def surface_of_table(values: np.ndarray[Any, Any], form: Form, header: Header, e
         "columns": _columns(roles, header, count) if roles is not None else [],
     }
     return replace(found, notes=notes, reading=reading)
-
-
-def _without_empty_x(values: np.ndarray[Any, Any], header: Header) -> tuple[np.ndarray[Any, Any], Header]:
-    """Return the table and its header without a first column of x that is empty in every row, as LabVIEW writes it."""
-    if values.shape[1] == 1 or header.axis or not header.columns or not np.all(np.isnan(values[:, 0])):
-        return values, header
-    return values[:, 1:], replace(header, columns=header.columns[1:])
 
 
 def _columns(roles: tuple[str, ...], header: Header, count: int) -> list[dict[str, str | None]]:
@@ -93,7 +91,7 @@ def _roles(header: Header, values: np.ndarray[Any, Any]) -> tuple[str, ...] | No
         return None
     if "x" in named and "height" not in named:
         with_unit = [place for place, one in enumerate(header.columns) if one.unit in UNITS and not one.role]
-        if not with_unit and count > 2 and "y" not in named and _is_monotonic(values[:, named.index("x")]):
+        if not with_unit and count > 2 and "y" not in named and is_monotonic(values[:, named.index("x")]):
             first = named.index("x")  # x [mm], scan 1, scan 2
             with_unit = [place for place, role in enumerate(named) if place != first and role in ("", "x")]
         named = ["height" if place in with_unit[:1] else role for place, role in enumerate(named)]
@@ -101,7 +99,7 @@ def _roles(header: Header, values: np.ndarray[Any, Any]) -> tuple[str, ...] | No
         return _named(named)
     if count <= 3 and "x" in named and named.count("y") == 1 and "height" not in named and count == 2:
         return tuple("height" if role == "y" else role for role in named)
-    if named.count("height") == count > 1 and not _is_monotonic(values[:, 0]):
+    if named.count("height") == count > 1 and not is_monotonic(values[:, 0]):
         return _named(named)
     if count == 2 and named[:1] == ["index"]:
         return "", "height"
@@ -111,13 +109,13 @@ def _roles(header: Header, values: np.ndarray[Any, Any]) -> tuple[str, ...] | No
         return None
     if count > 3 and not named:
         check_lines(values)
-    if count > 3 and not named and _is_list_of_points(values):
+    if count > 3 and not named and is_list_of_points(values):
         refuse_file(
             f"{count} columns, of which the first two are places",
             "columns with names, or a grid of heights",
             "Write the names in a line above, such as x;y;z;r;g;b.",
         )
-    if count == 3 and not named and _counts_points(values[:, 0]) and np.all(np.diff(values[:, 1]) > 0.0):
+    if count == 3 and not named and counts_points(values[:, 0]) and np.all(np.diff(values[:, 1]) > 0.0):
         return "", "x", "height"
     return {1: ("height",), 2: ("x", "height"), 3: ("x", "y", "height")}.get(count)
 
@@ -139,17 +137,7 @@ def _beside_heights(header: Header, named: list[str], values: np.ndarray[Any, An
         return "height", ""
     of_first, of_other = (UNITS.get(column.unit or "") for column in header.columns)
     is_finer = of_first is not None and of_other is not None and of_other < of_first
-    return ("height", "x") if _is_monotonic(values[:, 1]) and not is_finer else ("x", "height")
-
-
-def _is_monotonic(column: np.ndarray[Any, Any]) -> bool:
-    steps = np.diff(column)
-    return bool(np.all(steps > 0.0) or np.all(steps < 0.0))
-
-
-def _counts_points(column: np.ndarray[Any, Any]) -> bool:
-    """Return whether the numbers of a column are 0, 1, 2, ... or 1, 2, 3, ..."""
-    return column[0] in (0.0, 1.0) and len(column) > 2 and bool(np.all(np.diff(column) == 1.0))
+    return ("height", "x") if is_monotonic(values[:, 1]) and not is_finer else ("x", "height")
 
 
 def _counts_beside_step(
@@ -159,15 +147,7 @@ def _counts_beside_step(
     if "y" in roles or "x" not in roles or _step(header)[0] is None or header.unit("unit x"):
         return False
     x = roles.index("x")
-    return units[x] is None and _counts_points(values[:, x])
-
-
-def _is_list_of_points(values: np.ndarray[Any, Any]) -> bool:
-    """Return whether the first two columns are every place of a lattice, once."""
-    across, along = (len(np.unique(values[:, place])) for place in (0, 1))
-    if min(across, along) < 2 or across * along != len(values) or len(values) < 9:
-        return False
-    return len(np.unique(values[:, :2], axis=0)) == len(values)
+    return units[x] is None and counts_points(values[:, x])
 
 
 def _named(named: list[str]) -> tuple[str, ...]:
@@ -188,7 +168,7 @@ def _of_columns(values: np.ndarray[Any, Any], roles: tuple[str, ...], header: He
         units = [unit if role == "height" else "pixel" for unit, role in zip(units, roles, strict=True)]
     elif "x" not in roles:
         check_counts(values, columns)
-        values = _ascending(values, columns)
+        values = ascending(values, columns)
     of_ordinate = None if "y" in roles else header.unit("unit y")
     of_heights = units[roles.index("height")] or header.unit("unit") or of_ordinate or header.unit("unit of all")
     along = header.unit("unit x") or header.unit("unit of all")
@@ -225,12 +205,6 @@ def _of_columns(values: np.ndarray[Any, Any], roles: tuple[str, ...], header: He
         found = replace(found, spacing_unit=unstated)
         _check_step(found, header)
     return replace(found, channel=channel, notes=(*found.notes, *notes), doubt=doubt)
-
-
-def _ascending(values: np.ndarray[Any, Any], columns: tuple[Column, ...]) -> np.ndarray[Any, Any]:
-    """Return the rows in the order in which a column counts them up."""
-    index = next((place for place, one in enumerate(columns) if one.role == "index"), None)
-    return values[::-1] if index is not None and np.all(np.diff(values[:, index]) < 0.0) else values
 
 
 def _in_unit_of_x(
@@ -295,7 +269,7 @@ def _grid(values: np.ndarray[Any, Any], header: Header, said: str) -> SurfaceFil
     unit = header.unit("unit") or header.unit("unit of all")
     channel = header.values.get("channel", ("", ""))[1]
     axes = _axes(values)
-    counted = axes is not None and _counts_points(values[0, 1:]) and _counts_points(values[1:, 0])
+    counted = axes is not None and counts_points(values[0, 1:]) and counts_points(values[1:, 0])
     if header.axis and axes is None:
         refuse_file("x or y of a grid in unequal steps", "equal steps within 0.1 %", "Resample to equal steps first.")
     if axes is not None:
@@ -321,7 +295,7 @@ def _grid(values: np.ndarray[Any, Any], header: Header, said: str) -> SurfaceFil
     notes: tuple[str, ...] = ()
     if counted:
         notes, axes = ("The first row and the first column count the points, and were not read",), None
-    elif axes is None and _counts_points(values[0]):
+    elif axes is None and counts_points(values[0]):
         notes = ("Its first row is 0, 1, 2, ... or 1, 2, 3, ...: if it names the columns, remove it",)
     elif axes is None and _has_equal_steps(values[1:, 0]) and _has_equal_steps(values[0, 1:]):
         notes = ("Its first row and its first column have equal steps. If they are x and y, leave the corner empty",)
