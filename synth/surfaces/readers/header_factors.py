@@ -43,7 +43,7 @@ STATEMENTS = tuple(
         rf"\bunits?[^:=0-9]{{0,25}}[:=\s]\s*{_NUMBER}(?P<more>(?:\s*(?:\^|\*\*)\s*[+-]?[0-9]+)?)\s*[*·x×]?\s*{_LENGTH}\b",
         rf"\b(?:einheit|unité)(?:en|s)?[^:=0-9]{{0,25}}[:=\s]\s*{_NUMBER}(?P<more>)\s*[*·x×]?\s*{_LENGTH}\b",
         rf"(?:\bper|/|\bpro|\bpar|\bone|\b1)\s*{_COUNT}\b[\])]?\s*(?:[:=;,\t]|is|are)\s*{_NUMBER}{_BEHIND}",
-        rf"\b{_COUNT}(?:\s+[^\W\d]+)?\s*[:=]?\s*{_NUMBER}(?P<more>)\s*{_LENGTH}\b",
+        rf"\b{_COUNT}(?:\s+[^\W\d]+)?[\s:=]+{_NUMBER}(?P<more>)\s*{_LENGTH}\b",
         rf"\b{_HEIGHTS}\s+(?:[^\W\d]+\s+)?(?:in|as)\s+{_NUMBER}(?P<more>(?:\s*/\s*[0-9]+)?)\s*{_LENGTH}\b(?!\s*(?:step|inter))",
         rf"(?<![^\W\d_]){_FACTOR}\s+(?:of|by|von|de)\s+{_NUMBER}{_BEHIND}",
         rf"(?<![^\W\d_]){_FACTOR}\b.*\bz\s*[:=]\s*{_NUMBER}{_BEHIND}",

@@ -25,6 +25,7 @@ LINES = "Write the heights as text, with one line for each point, or as NPY."
 UNPACK = "Unpack it, and import the file of heights that is in it."
 OWN = "Export the surface as X3P, SUR or text."
 POINTS = "Save x, y and height of a lattice as text: x [mm]; y [mm]; z [um]."
+PROFILE_RECORD = re.compile(rb"[ \t0-9.]*[\r\n]+PRF\b")
 POINT_CLOUD = re.compile(rb"(?m)^FIELDS x y z\b")
 
 SIGNATURES: tuple[tuple[int, bytes, str, str], ...] = (
@@ -153,6 +154,8 @@ def known(head: bytes, ending: str, path: Path | None) -> tuple[str, str] | None
         return "a mesh (STL)", MESH
     if POINT_CLOUD.search(start):
         return "a cloud of points (PCD)", POINTS
+    if PROFILE_RECORD.match(start):
+        return "a record of a profile (PRF)", LINES
     if is_json(start):
         return "JSON, or lists in brackets", LINES
     markup = start.lstrip().lower()

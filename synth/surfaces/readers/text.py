@@ -29,7 +29,7 @@ import numpy as np
 
 from synth.surfaces.readers.column_names import column_of
 from synth.surfaces.readers.header_end import LONGEST_HEADER, check_last
-from synth.surfaces.readers.known_files import POINT_CLOUD, is_json, mesh_as_text, refuse_known
+from synth.surfaces.readers.known_files import POINT_CLOUD, PROFILE_RECORD, is_json, mesh_as_text, refuse_known
 from synth.surfaces.readers.number_forms import (
     COMMENT,
     COULD_BE_GROUPS,
@@ -90,7 +90,7 @@ def fits(head: bytes, _ending: str) -> bool:
     """Return whether the file begins with text that is not the header of a format of another program."""
     start = head.lstrip(b"\xef\xbb\xbf \r\n")
     is_other = (
-        bool(POINT_CLOUD.search(start))
+        bool(POINT_CLOUD.search(start) or PROFILE_RECORD.match(start))
         or mesh_as_text(head)
         or is_json(start)
         or (start.startswith(b"solid") and b"facet" in head)

@@ -25,7 +25,7 @@ import numpy as np
 
 from synth.errors import CannotRender, RidgewaveError, shown
 from synth.surfaces.readers.array_files import ARRAYS, HDF5, array_of_heights, check_attributes
-from synth.surfaces.readers.known_files import known, mesh_as_text, refuse_unknown
+from synth.surfaces.readers.known_files import ALLOWED, TABLE, known, mesh_as_text, refuse_unknown
 from synth.surfaces.readers.map_names import EXAMPLES as MAPS
 from synth.surfaces.readers.surface_file import (
     SurfaceFile,
@@ -136,6 +136,8 @@ def read(path: Path, ending: str) -> SurfaceFile:
             cause = cause or error
     allowed = "a whole file, with contents that SurfaceTopography reads"
     hint = "Copy it again. If it is whole, export it as text: of X3P, for example, areas are read and profiles are not."
+    if found and found[1] == TABLE:
+        allowed, hint = ALLOWED, TABLE
     value = "a file that its reader cannot read" + (f": {found[0]}" if found else "")
     refuse_file(value, allowed, hint, cause)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -137,3 +138,21 @@ def test_a_file_of_labview(tmp_path: Path, clock: str, has_x: bool) -> None:
     found = imported(tmp_path, head + rows, unit="mm, um")
     assert found.spacing == pytest.approx((125e-6,))
     assert found.heights[0] - found.heights[1] == pytest.approx(12.917e-6)
+
+
+def test_a_factor_of_one_between_steps_and_nanometres_is_none(tmp_path: Path) -> None:
+    text = "# Bit2nm = {}\n# z-unit = nm\n" + column(*HEIGHTS)
+    assert len(imported(tmp_path, text.format("1.0"), pixel="1um").heights) == 8
+    with pytest.raises(InvalidRequest, match="a factor"):
+        imported(tmp_path, text.format("0.5"), pixel="1um")
+
+
+def test_a_record_of_a_profile_and_a_spreadsheet_are_named(tmp_path: Path) -> None:
+    with pytest.raises(InvalidRequest, match=r"\(PRF\)"):
+        imported(tmp_path, "1 2\r\nPRF   0  profile\r\nEOR\r\n" + column(*HEIGHTS), "a.prf", unit="um")
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w") as file:
+        file.writestr("[Content_Types].xml", "<Types/>")
+        file.writestr("xl/workbook.xml", "<workbook/>")
+    with pytest.raises(InvalidRequest, match="Save the sheet with the heights as CSV"):
+        imported(tmp_path, packed.getvalue(), "a.xlsx", unit="um")
