@@ -11,7 +11,8 @@ import pytest
 
 from synth.errors import InvalidRequest
 from synth.surfaces.measurement.import_options import read_options
-from synth.surfaces.measurement.importing import ImportedSurface, import_surface
+from synth.surfaces.measurement.import_report import ImportedSurface
+from synth.surfaces.measurement.importing import import_surface
 
 HEIGHTS = [5.25, -7.667, 1.254, -0.647, -6.06, -0.696, 2.1, 4.4]
 
