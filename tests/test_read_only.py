@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+import shutil
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,7 +15,7 @@ import pytest
 import soundfile
 
 from tests.few import few, thorough
-from tests.read_only import NOBODY, STRANGER, command, copied_tree, environment, interpreter
+from tests.read_only import NOBODY, ROOT, STRANGER, command, copied_tree, environment, interpreter
 from tests.service.harness import PATIENCE, START, until
 
 UNKEPT = "ridgewave cannot keep its compiled kernels"
@@ -40,7 +41,10 @@ def empty() -> Iterator[Path]:
 
 @pytest.fixture(scope="module")
 def filled(empty: Path) -> Iterator[Path]:
-    """The same tree, after its owner has served and rendered."""
+    """The same tree, after its owner has served and rendered. It begins with what the tests have compiled so far."""
+    for kernel in ROOT.glob("synth/**/__pycache__/*.nb[ic]"):
+        (empty / kernel.relative_to(ROOT)).parent.mkdir(exist_ok=True)
+        shutil.copy2(kernel, empty / kernel.relative_to(ROOT))
     variables = environment(empty, HOME="/root", RIDGEWAVE_PREPARE_TEXTURES="off")
     with served([interpreter(), *SERVE], variables):
         subprocess.run([interpreter(), *RENDER], cwd="/", env=variables, check=True, capture_output=True)
