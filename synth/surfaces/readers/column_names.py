@@ -149,9 +149,17 @@ def _doubt(cell: str, remainder: str) -> str:
     return f"a column {cell[:60]!r}, in which {remainder[:60]!r} is not understood" if remainder else ""
 
 
+def unit_alone(cell: str) -> str | None:
+    """Return the unit of a cell that is nothing else, such as "[mm]"."""
+    inner = cell.strip(" []()<>{}")
+    return unit_named(inner) or ("pixel" if PIXELS.fullmatch(inner) and inner != cell else None)
+
+
 def is_other_unit(cell: str) -> bool:
     """Return whether a cell of a row of units is no unit of length: "deg", or a factor such as "10 nm"."""
     inner = cell.strip(" []()<>{}")
+    if unit_named(inner):  # nm, which is newton metres in other letters
+        return False
     return bool(NOT_LENGTHS.fullmatch(inner) or OTHER_LENGTHS.fullmatch(inner) or VALUE.fullmatch(inner))
 
 

@@ -27,6 +27,7 @@ Missing = np.ndarray[Any, np.dtype[np.bool_]]
 
 MOST_POINTS = 2**24  # 4096 x 4096: 64 MB as float32; the import of a larger one would take gigabytes
 LARGEST_FILE = 128 * 2**20  # bytes: MOST_POINTS points as 64-bit numbers
+EVEN = 0.01  # of a step: x of points has equal ones
 COORDINATES = 3  # of a point at most
 FEWEST_POINTS = 2  # along each axis: one point has no spacing
 LARGEST_NUMBER = 1e12  # in the file's unit: no measured height is larger
@@ -159,17 +160,17 @@ def refuse_file(value: object, allowed: str, hint: str, cause: BaseException | N
 
 
 def check_array(stored: np.ndarray[Any, Any]) -> None:
-    """Refuse an array of points, whose first column or row has their x: of two, or of three with y."""
+    """Refuse an array of points: of two or three columns or rows, one is x or y in equal steps."""
     for points in (stored, stored.T):
         if stored.ndim != 2 or not FEWEST_POINTS <= points.shape[1] <= COORDINATES < points.shape[0] - 1:
             continue
-        steps = np.diff(np.asarray(points[:, 0], float))
-        if np.any(steps) and (np.all(steps >= 0.0) or np.all(steps <= 0.0)):
-            found = (
-                f"an array of {stored.shape[0]} x {stored.shape[1]} numbers, of which the first of each are in order"
-            )
-            hint = "If they are x and heights, save the heights alone, or x and heights as text in two columns."
-            refuse_file(found, "an array of heights", hint)
+        for place in range(2):
+            steps = np.diff(np.asarray(points[:, place], float))
+            whole = steps[steps != 0.0]
+            if len(whole) and np.all(np.abs(whole - whole[0]) <= EVEN * abs(whole[0])):
+                found = f"an array of {stored.shape[0]} x {stored.shape[1]} numbers, of which one of each is x or y"
+                hint = "If they are x and heights, save the heights alone, or x and heights as text in two columns."
+                refuse_file(found, "an array of heights", hint)
 
 
 def check_shape(shape: tuple[int, ...]) -> None:

@@ -16,11 +16,12 @@ from typing import Any
 import numpy as np
 
 from synth.surfaces.readers.column_names import COLUMN, ROW, Column, column_of
-from synth.surfaces.readers.surface_file import UNITS, refuse_file, unit_named
+from synth.surfaces.readers.surface_file import UNITS, SurfaceFile, refuse_file, unit_named
 from synth.surfaces.readers.text_header import Header
 
 UPWARDS = "upwards"
 """Key of a header that states the lower left corner (Esri): its first line has the greatest y."""
+AGREE = 0.02  # relative difference up to which a stated distance between points and that of the column of x agree
 UNEQUAL = 0.5  # of a step, by which a count or a time may be off
 SHORT_LINE = 4  # numbers; so few could be a small grid
 LINES_OF_A_PROFILE = 3  # at most: x, y and height, each in one line
@@ -77,6 +78,8 @@ def check_counts(values: np.ndarray[Any, Any], columns: tuple[Column, ...]) -> N
     """Refuse heights along a line beside a column of counts or times that repeat: they are no line."""
     for place, one in enumerate(columns):
         steps = np.diff(values[:, place])
+        if np.all(np.isnan(values[:, place])):
+            continue  # LabVIEW names x where it writes none
         if one.role == "index" and np.any(np.abs(steps - np.median(steps)) > UNEQUAL * np.abs(np.median(steps))):
             repeats = len(np.unique(values[:, place])) < len(values)
             if not repeats:
@@ -157,8 +160,48 @@ def is_list_of_points(values: np.ndarray[Any, Any]) -> bool:
     return len(np.unique(values[:, :2], axis=0)) == len(values)
 
 
-def without_empty_x(values: np.ndarray[Any, Any], header: Header) -> tuple[np.ndarray[Any, Any], Header]:
-    """Return the table and its header without a first column of x that is empty in every row, as LabVIEW writes it."""
-    if values.shape[1] == 1 or header.axis or not header.columns or not np.all(np.isnan(values[:, 0])):
-        return values, header
-    return values[:, 1:], replace(header, columns=header.columns[1:])
+def are_traces(columns: tuple[Column, ...]) -> bool:
+    """Return whether all columns but the first have one name with different numbers or letters: scan 1, scan 2."""
+    words = {re.sub(r"[\s_#.-]*(?:[0-9]+|\b[a-z])$", "", one.name.strip().lower()) for one in columns[1:]}
+    return len(words) == 1 and len({one.name for one in columns[1:]}) == len(columns) - 1
+
+
+def stated_step(header: Header) -> tuple[tuple[float, ...] | None, str | None]:
+    """Return the distances between points that the header states, along x and y, and their unit, or None twice.
+
+    A unit of None beside a distance means the unit of the heights.
+    """
+    key = next((key for key in ("step x", "step") if header.number(key)), None)
+    if key is None:
+        return None, None
+    unit = header.unit(key) or header.unit("unit x") or header.unit("unit of all")
+    along_x = float(header.number(key) or 0.0)
+    along_y = along_x
+    if header.number("step y"):
+        of_y = header.unit("step y") or unit
+        along_y = float(header.number("step y") or 0.0) * (UNITS[of_y] / UNITS[unit] if of_y and unit else 1.0)
+    return (along_x, along_y), unit
+
+
+def check_step(found: SurfaceFile, header: Header) -> None:
+    """Refuse a column of x whose steps are not those that the header states."""
+    stated, unit = stated_step(header)
+    if stated is None or found.spacing is None or unit is None or found.spacing_unit not in UNITS:
+        return
+    step, read = stated[0] * UNITS[unit], found.spacing[0] * UNITS[found.spacing_unit]
+    if abs(step - read) > AGREE * read:
+        refuse_file(
+            f"x in steps of {read:g} m, where the header states {step:g} m",
+            "a header and a column of x that agree",
+            "Correct the unit of x or the header.",
+        )
+
+
+def count_beside_step(x: np.ndarray[Any, Any], unit: str | None, header: Header) -> tuple[str, ...]:
+    """Return a note about x that may count the points, where the header states a distance between them."""
+    stated, of_step = stated_step(header)
+    if unit is not None or stated is None or of_step is None or not counts_points(x):
+        return ()
+    return (
+        f"x is 0, 1, 2, ..., and the header states steps of {stated[0]:g} {of_step}: if it counts, remove the column",
+    )

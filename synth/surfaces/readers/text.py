@@ -160,7 +160,7 @@ def _beginning(file: TextIO) -> tuple[list[str], list[str]]:
     header, first = _header(file)
     sample = [*first, *islice(_rows(file), SAMPLE - len(first))]
     if below := _names_below(sample, header):
-        header, sample = [*header, *sample[:below]], sample[below:]
+        header, sample = [*header, *(line[:LONGEST_HEADER] for line in sample[:below])], sample[below:]
     for _ in range(3):
         if len(sample) < 4 or is_missing(sample[0]):
             break
@@ -168,7 +168,7 @@ def _beginning(file: TextIO) -> tuple[list[str], list[str]]:
         counts = [_count(form, line) for line in sample]
         if counts[0] == counts[1] or len(set(counts[1:]) - {0}) > 1 or counts[1] == 0:
             break
-        header.append(sample.pop(0))
+        header.append(sample.pop(0)[:LONGEST_HEADER])
     return header, sample
 
 
@@ -283,7 +283,9 @@ def _line_by_line(path: Path, codec: str, form: Form) -> np.ndarray[Any, Any]:
     with path.open(encoding=codec) as file:
         header, sample = _beginning(file)
         columns = _count(form, sample[0])
-        named = [line for line in header[-1:] if _names_columns(line, form)]  # some programs repeat it on each page
+        named = [
+            line for line in header[-1:] if _names_columns(line, form, columns)
+        ]  # some programs repeat it on each page
 
         def rows() -> Iterator[str]:
             number = 0
@@ -296,9 +298,11 @@ def _line_by_line(path: Path, codec: str, form: Form) -> np.ndarray[Any, Any]:
         return _numbers(rows(), "\t", max(1, columns), path.stat().st_size)
 
 
-def _names_columns(line: str, form: Form) -> bool:
+def _names_columns(line: str, form: Form, count: int) -> bool:
+    """Return whether a line is no row of points: it has words or too few cells. One word alone has to be known."""
     columns = [column_of(cell) for cell in form.cells(line)]
-    return any(one.unit or one.role for one in columns)
+    words = len(columns) > 1 and bool(re.search(r"[^\W\d_]", line)) and not is_missing(line)
+    return words or len(columns) != count or any(one.unit or one.role for one in columns)
 
 
 def _checked(line: str, form: Form, number: int, columns: int) -> list[str]:

@@ -19,11 +19,11 @@ from math import nan
 from synth.surfaces.readers.column_names import (
     BRACKET,
     NOT_LENGTHS,
-    PIXELS,
     VALUE,
     Column,
     column_of,
     is_other_unit,
+    unit_alone,
     units_beside_names,
 )
 from synth.surfaces.readers.header_factors import check_statements
@@ -69,7 +69,11 @@ ALONG_X = re.compile(
 )
 """Words before the name of a step that leave it the one along x; "Line spacing" and "Z resolution" are others."""
 PITCH = re.compile(r"(?i)\W*pitch\b")
-OF_POINTS = re.compile(r"(?i)[\s#%;']*(?:(?:measur\w*|data|grid|points?|sampl\w*)\s*){0,3}")
+SPECIMEN = re.compile(
+    r"(?i)\b(?:specimens?|gratings?|standards?|arte?facts?|threads?|screws?|grooves?|gears?|teeth|ridges?)\b"
+)
+IS_TIME = re.compile(r"(?i)\W*x[ _-]?dimension\W+time\W*")  # of LabVIEW
+SIGNS = re.compile(r"[#%!'/*]{4,}")  # a line of them takes long to search
 COUNTED = re.compile(
     r"(?i)(?:pixels?|points?|values|data|drop-?outs?|outliers|missing|lost|fehlend\w*|fehlstellen)\s*[:=;,\t|]?\s*[0-9]+$"
 )
@@ -127,13 +131,13 @@ def header_of(lines: list[str], form: Form, columns: int) -> Header:
         _check_count(lines, columns)
     values: dict[str, tuple[str, str]] = {}
     for line in lines:
-        text = line.replace('"', "").strip()
+        text = SIGNS.sub("#", line.replace('"', "").strip())
         for key, pattern in STATED.items():
             for match in pattern.finditer(text):
                 if key == "step" and not ALONG_X.fullmatch(text[: match.start()]):
                     continue
-                if key == "step" and PITCH.match(match[0]) and not OF_POINTS.fullmatch(text[: match.start()]):
-                    continue  # of a grating
+                if key == "step" and PITCH.match(match[0]) and SPECIMEN.search(text):
+                    continue
                 if found := _value(key, match, text):
                     _check_same(key, values.setdefault(key, found), found)
                     break
@@ -146,6 +150,9 @@ def header_of(lines: list[str], form: Form, columns: int) -> Header:
     _add_units_of_words(values, lines, named)
     if is_upwards:
         values["upwards"] = ("", "")
+    if any(map(IS_TIME.fullmatch, lines)):
+        values = {key: value for key, value in values.items() if not key.startswith("step")}
+        named = tuple(replace(one, name="Time") if one.role == "x" else one for one in named)
     axis = _axis(lines[-1:], form, columns)
     if axis:
         named = ()
@@ -240,7 +247,8 @@ def _value(key: str, match: re.Match[str], line: str) -> tuple[str, str] | None:
         if unit_named(stated) is None and NOT_LENGTHS.fullmatch(stated):
             refuse_file(f"{match[0].strip()[:60]!r}", "a unit of length", "Export heights, in um.")
         return ("", stated) if unit_named(stated) else None
-    if not number or (key.startswith("step") and not float(number.replace(",", ".")) > 0.0):
+    of_else = key.startswith("step") and unit_named(unit) is None and NOT_LENGTHS.fullmatch(unit)
+    if not number or of_else or (key.startswith("step") and not float(number.replace(",", ".")) > 0.0):
         return None
     if key in ("columns", "rows") and not number.isdigit():
         return None
@@ -262,7 +270,7 @@ def _columns(lines: list[str], form: Form, count: int) -> tuple[Column, ...]:
             continue
         if _is_value(line) and not all(BRACKET.search(cell) or column_of(cell).unit for cell in cells):
             continue
-        found = [_unit_alone(cell) for cell in cells]
+        found = [unit_alone(cell) for cell in cells]
         others = [cell for unit, cell in zip(found, cells, strict=True) if cell and not unit]
         of_else = {cell for cell in others if is_other_unit(cell)}
         if units is None and any(found) and all(UNITS_OF_ROW.fullmatch(cell) or cell in of_else for cell in others):
@@ -334,12 +342,6 @@ def _cells(line: str, form: Form, count: int) -> list[str] | None:
 def _has_one_more(cells: list[str]) -> bool:
     """Return whether the last name has no column: LabVIEW names a comment, whose cells may be absent."""
     *columns, last = map(column_of, cells)
-    is_unit = last.unit or _unit_alone(cells[-1])
+    is_unit = last.unit or unit_alone(cells[-1])
     is_named = any(one.unit or one.of_else or one.role for one in columns)
     return not is_unit and last.role in ("", "other") and is_named
-
-
-def _unit_alone(cell: str) -> str | None:
-    """Return the unit of a cell that is nothing else, such as "[mm]"."""
-    inner = cell.strip(" []()<>{}")
-    return unit_named(inner) or ("pixel" if PIXELS.fullmatch(inner) and inner != cell else None)

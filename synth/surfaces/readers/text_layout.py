@@ -20,27 +20,28 @@ from synth.surfaces.readers.number_forms import SEPARATORS, Form
 from synth.surfaces.readers.surface_file import UNITS, UNSTATED, SurfaceFile, check_shape, finite_heights, refuse_file
 from synth.surfaces.readers.table_checks import (
     UPWARDS,
+    are_traces,
     ascending,
     check_counts,
     check_lines,
+    check_step,
     check_table,
+    count_beside_step,
     counts_points,
     is_list_of_points,
     is_monotonic,
     numbered_places,
+    stated_step,
     with_corner,
-    without_empty_x,
 )
 from synth.surfaces.readers.text_header import Header
 
-AGREE = 0.02  # relative difference up to which a stated distance between points and that of the column of x agree
 HOW_TO_NAME = "Export x and heights in um, with the unit alone in brackets: x [um]; z [um]."
 EQUAL = 1e-3  # relative difference of the steps of coordinates in the first row and column of a grid
 
 
 def surface_of_table(values: np.ndarray[Any, Any], form: Form, header: Header, encoding: str) -> SurfaceFile:
     """Return the surface in `values`, float64 [rows, columns]. Raises InvalidRequest."""
-    values, header = without_empty_x(values, header)
     count = values.shape[1]
     said = form.says(count)
     lines = header.lines
@@ -87,13 +88,20 @@ def _roles(header: Header, values: np.ndarray[Any, Any]) -> tuple[str, ...] | No
     named = [column.role for column in header.columns]
     if places := numbered_places(header.columns):
         return places
+    if count > 1 and named[:1] == ["x"] and "y" not in named and np.all(np.isnan(values[:, 0])):
+        return ("", "height", *("",) * (count - 2))  # LabVIEW names x where it writes none
     if is_sized and count > 1:
         return None
     if "x" in named and "height" not in named:
         with_unit = [place for place, one in enumerate(header.columns) if one.unit in UNITS and not one.role]
-        if not with_unit and count > 2 and "y" not in named and is_monotonic(values[:, named.index("x")]):
-            first = named.index("x")  # x [mm], scan 1, scan 2
-            with_unit = [place for place, role in enumerate(named) if place != first and role in ("", "x")]
+        if (
+            not with_unit
+            and count > 2
+            and named[0] == "x"
+            and is_monotonic(values[:, 0])
+            and are_traces(header.columns)
+        ):
+            with_unit = [1]  # x [mm], scan 1, scan 2
         named = ["height" if place in with_unit[:1] else role for place, role in enumerate(named)]
     if "height" in named and {"x", "index"} & set(named):
         return _named(named)
@@ -140,16 +148,6 @@ def _beside_heights(header: Header, named: list[str], values: np.ndarray[Any, An
     return ("height", "x") if is_monotonic(values[:, 1]) and not is_finer else ("x", "height")
 
 
-def _counts_beside_step(
-    values: np.ndarray[Any, Any], roles: tuple[str, ...], units: list[str | None], header: Header
-) -> bool:
-    """Return whether x counts the points, and the header states the distance between them."""
-    if "y" in roles or "x" not in roles or _step(header)[0] is None or header.unit("unit x"):
-        return False
-    x = roles.index("x")
-    return units[x] is None and counts_points(values[:, x])
-
-
 def _named(named: list[str]) -> tuple[str, ...]:
     """Return the roles of named columns: the first of each kind; others are not read."""
     kept: dict[str, int] = {role: named.index(role) for role in ("x", "y", "height") if role in named}
@@ -172,8 +170,6 @@ def _of_columns(values: np.ndarray[Any, Any], roles: tuple[str, ...], header: He
     of_ordinate = None if "y" in roles else header.unit("unit y")
     of_heights = units[roles.index("height")] or header.unit("unit") or of_ordinate or header.unit("unit of all")
     along = header.unit("unit x") or header.unit("unit of all")
-    if _counts_beside_step(values, roles, units, header):
-        roles = tuple("" if role == "x" else role for role in roles)
     if "x" in roles:
         along = units[roles.index("x")] or along
         values = _in_unit_of_x(values, roles, units)
@@ -187,10 +183,11 @@ def _of_columns(values: np.ndarray[Any, Any], roles: tuple[str, ...], header: He
         heights, missing = finite_heights(values[:, roles.index("height")])
         check_shape(heights.shape)
         layout = f"heights along a line{said}"
-        spacing, unit = _step(header)
+        spacing, unit = stated_step(header)
         unit = UNSTATED if unit is None and of_heights is not None else unit
         found = SurfaceFile("text", layout, heights, missing, of_heights, spacing and spacing[:1], unit)
         return replace(found, channel=channel, notes=notes, doubt=doubt)
+    notes += count_beside_step(values[:, roles.index("x")], units[roles.index("x")], header)
     order = [roles.index(role) for role in ("x", "y", "height") if role in roles]
     chosen = values[:, order]
     number = {1: "one column", 2: "two columns", 3: "three columns"}.get(len(roles), f"{len(roles)} columns")
@@ -203,7 +200,7 @@ def _of_columns(values: np.ndarray[Any, Any], roles: tuple[str, ...], header: He
     else:
         unstated = UNSTATED if along is None and of_heights is not None else along
         found = replace(found, spacing_unit=unstated)
-        _check_step(found, header)
+        check_step(found, header)
     return replace(found, channel=channel, notes=(*found.notes, *notes), doubt=doubt)
 
 
@@ -231,37 +228,6 @@ def _notes(columns: tuple[Column, ...], roles: tuple[str, ...]) -> tuple[str, ..
         of_else = f"The column {heights.name[:60]!r} was read as heights"
         notes += (f"{of_else}: if its numbers are depths, or count downwards, change their sign",)
     return notes
-
-
-def _check_step(found: SurfaceFile, header: Header) -> None:
-    """Refuse a column of x whose steps are not those that the header states."""
-    stated, unit = _step(header)
-    if stated is None or found.spacing is None or unit is None or found.spacing_unit not in UNITS:
-        return
-    step, read = stated[0] * UNITS[unit], found.spacing[0] * UNITS[found.spacing_unit]
-    if abs(step - read) > AGREE * read:
-        refuse_file(
-            f"x in steps of {read:g} m, where the header states {step:g} m",
-            "a header and a column of x that agree",
-            "Correct the unit of x or the header.",
-        )
-
-
-def _step(header: Header) -> tuple[tuple[float, ...] | None, str | None]:
-    """Return the distances between points that the header states, along x and y, and their unit, or None twice.
-
-    A unit of None beside a distance means the unit of the heights.
-    """
-    key = next((key for key in ("step x", "step") if header.number(key)), None)
-    if key is None:
-        return None, None
-    unit = header.unit(key) or header.unit("unit x") or header.unit("unit of all")
-    along_x = float(header.number(key) or 0.0)
-    along_y = along_x
-    if header.number("step y"):
-        of_y = header.unit("step y") or unit
-        along_y = float(header.number("step y") or 0.0) * (UNITS[of_y] / UNITS[unit] if of_y and unit else 1.0)
-    return (along_x, along_y), unit
 
 
 def _grid(values: np.ndarray[Any, Any], header: Header, said: str) -> SurfaceFile:
@@ -338,13 +304,13 @@ def _sized(header: Header, rows: int, columns: int) -> tuple[tuple[float, ...] |
 
     A unit of None beside a spacing means the unit of the heights.
     """
-    spacing, unit = _step(header)
+    spacing, unit = stated_step(header)
     width, height = header.number("width"), header.number("height")
     if spacing is not None or not width or not height:
         return spacing, unit
     unit_x, unit_y = header.unit("width"), header.unit("height")
     if (width, height) == (columns, rows) and not unit_x and not unit_y:
         return None, None  # numbers of points
-    named = unit_x or unit_y or header.unit("unit x")
+    named = unit_x or unit_y or header.unit("unit x") or header.unit("unit of all")
     along_y = height * (UNITS[unit_y] / UNITS[unit_x] if unit_x and unit_y else 1.0)
     return (width / columns, along_y / rows), named

@@ -82,9 +82,13 @@ def test_an_array_of_points_is_no_map(tmp_path: Path, columns: int, turned: bool
     across, along = (one.ravel() for one in np.meshgrid(np.arange(5.0), np.arange(6.0), indexing="ij"))
     rows = [*[across, along][: columns - 1], np.sin(3.0 * along + across)]
     array = np.stack(rows) if turned else np.stack(rows, axis=1)
-    with pytest.raises(InvalidRequest, match="of which the first of each are in order"):
+    with pytest.raises(InvalidRequest, match="of which one of each is x or y"):
         imported(tmp_path, stored(array), "a.npy", unit="um", pixel="1um")
-    assert imported(tmp_path, stored(np.sin(np.arange(40.0) ** 2).reshape(20, 2)), "b.npy", unit="um", pixel="1um")
+    for shape in ((20, 2), (3, 50), (2, 10), (5, 3)):
+        tilted = np.add.outer(*(0.1 * np.arange(float(count)) for count in shape)) + np.random.default_rng(3).random(
+            shape
+        )
+        assert imported(tmp_path, stored(tilted), "b.npy", unit="um", pixel="1um").heights.shape == shape
 
 
 @pytest.mark.parametrize("units", ["deg\tum", "mm\tV", "[deg]\t[um]", "mm\t10 nm", "ft\tum"])
@@ -96,9 +100,18 @@ def test_a_row_of_units_that_are_no_lengths_is_refused(tmp_path: Path, units: st
     assert timed.heights[0] - timed.heights[1] == pytest.approx(12.917e-6)
 
 
-def test_a_count_beside_the_distance_of_the_header_is_no_x(tmp_path: Path) -> None:
+def test_a_count_beside_the_distance_of_the_header_is_told(tmp_path: Path) -> None:
     text = "# Pixel size 125 um\n# z unit um\n" + "".join(f"{n}\t{z}\n" for n, z in enumerate(HEIGHTS))
-    assert imported(tmp_path, text).spacing == pytest.approx((125e-6,))
+    found = imported(tmp_path, text, unit="um, um")
+    assert found.spacing == pytest.approx((1e-6,))
+    assert any("the header states steps of 125 um" in note for note in found.report["notes"])
+
+
+@pytest.mark.parametrize("units", ["mm\tnm", "[mm]\t[nm]", "µm\tpm"])
+def test_a_row_of_units_of_length_gives_the_columns_theirs(tmp_path: Path, units: str) -> None:
+    rows = "".join(f"{0.5 * n:.1f}\t{z}\n" for n, z in enumerate(HEIGHTS))
+    found = imported(tmp_path, f"X\tZ\n{units}\n{rows}")
+    assert found.heights[0] - found.heights[1] == pytest.approx(12.917e-12 if "pm" in units else 12.917e-9)
 
 
 def test_a_count_with_a_gap_is_refused_and_one_that_falls_is_turned(tmp_path: Path) -> None:
@@ -123,7 +136,7 @@ def test_a_named_x_beside_several_traces_is_no_grid(tmp_path: Path, names: str) 
     assert any("were not read" in note for note in found.report["notes"])
 
 
-@pytest.mark.parametrize("line", ["Sample: grating, Pitch: 800 um", "Nominal pitch: 800 um"])
+@pytest.mark.parametrize("line", ["Sample: grating, Pitch: 800 um", "Nominal pitch of the standard: 800 um"])
 def test_the_pitch_of_a_specimen_is_not_the_distance_between_points(tmp_path: Path, line: str) -> None:
     with pytest.raises(InvalidRequest, match="pixel"):
         imported(tmp_path, f"{line}\nz [um]\n" + column(*HEIGHTS))
@@ -157,3 +170,56 @@ def test_a_record_of_a_profile_and_a_spreadsheet_are_named(tmp_path: Path) -> No
         file.writestr("xl/workbook.xml", "<workbook/>")
     with pytest.raises(InvalidRequest, match="Save the sheet with the heights as CSV"):
         imported(tmp_path, packed.getvalue(), "a.xlsx", unit="um")
+
+
+@pytest.mark.parametrize("has_x", [True, False])
+def test_a_file_of_labview_over_time_asks_for_the_distance(tmp_path: Path, has_x: bool) -> None:
+    head = "LabVIEW Measurement\t\n***End_of_Header***\t\t\nX_Dimension\tTime\t\nX0\t0.0000000000000000E+0\t\n"
+    head += "Delta_X\t0.005\t\n***End_of_Header***\t\t\nX_Value\tHeight\tComment\n"
+    text = head + "".join(f"{0.005 * n if has_x else ''}\t{z}\t\n" for n, z in enumerate(HEIGHTS))
+    with pytest.raises(InvalidRequest, match="pixel"):
+        imported(tmp_path, text, unit="um")
+    assert imported(tmp_path, text, unit="um", pixel="5um").spacing == pytest.approx((5e-6,))
+
+
+def test_the_first_of_several_channels_without_x_is_read(tmp_path: Path) -> None:
+    rows = "".join(f"\t{n}\t{z}\n" for n, z in enumerate(HEIGHTS))
+    found = imported(tmp_path, f"X_Value\tUntitled\tUntitled 1\n{rows}", unit="um", pixel="5um")
+    assert np.ptp(found.heights) == pytest.approx(7e-6)
+    assert any("Untitled 1" in note for note in found.report["notes"])
+
+
+def test_a_column_of_a_grid_that_is_all_missing_is_filled(tmp_path: Path) -> None:
+    text = "c1,c2,c3,c4,c5,c6\n" + ",0.5,3.5,1.5,2.5,4\n,1.5,2.5,0.5,3.5,2\n" * 3
+    assert imported(tmp_path, text, unit="um", pixel="5um", missing="fill").heights.shape == (6, 6)
+
+
+@pytest.mark.parametrize("names", ["x [mm];Force;Deviation", "Distance;Distance 2;Signal"])
+def test_columns_of_different_things_beside_x_are_not_told_apart(tmp_path: Path, names: str) -> None:
+    text = f"{names}\n" + "".join(f"{0.1 * n:.1f};{z};{0.3 * z * z:.3f}\n" for n, z in enumerate(HEIGHTS))
+    with pytest.raises(InvalidRequest):
+        imported(tmp_path, text, unit="mm, um")
+
+
+@pytest.mark.parametrize(
+    "line", ["Nominal pitch: 5 um", "// Pitch: 5 um", "Range 8 mm, Pitch 5 um", "The pitch is 5 um"]
+)
+def test_a_pitch_is_the_distance_between_points(tmp_path: Path, line: str) -> None:
+    assert imported(tmp_path, f"{line}\nZ [um]\n{column(*HEIGHTS)}").spacing == pytest.approx((5e-6,))
+
+
+def test_rows_that_an_empty_line_or_a_comment_divides(tmp_path: Path) -> None:
+    axes = ";0;5;10;15\n\n" + "".join(f"{5 * n};1;{n};4;2\n" for n in range(6))
+    assert imported(tmp_path, axes, unit="um").heights.shape == (6, 4)
+    for text in (column(*("1,2,4,3",) * 6, "", ",,,"), column(*("1,2,4,3",) * 3, "# half", *("1,2,4,3",) * 3)):
+        assert imported(tmp_path, text, unit="um", pixel="5um").heights.shape == (6, 4)
+
+
+@pytest.mark.timeout(20)
+@pytest.mark.parametrize("line", ["#" * 1000 + "\n", f"40\n{'-' * 100_000} z\n", f"40\n{'scale ' * 20_000}z\n"])
+def test_a_long_line_above_the_numbers_is_read_within_seconds(tmp_path: Path, line: str) -> None:
+    text = line * (100 if line[0] == "#" else 1) + "".join(f"{0.1 * n:.1f} {z}\n" for n, z in enumerate(HEIGHTS * 8))
+    try:
+        imported(tmp_path, text, unit="mm, um")
+    except InvalidRequest:
+        return
