@@ -72,7 +72,7 @@ PITCH = re.compile(r"(?i)\W*pitch\b")
 SPECIMEN = re.compile(
     r"(?i)\b(?:specimens?|gratings?|standards?|arte?facts?|threads?|screws?|grooves?|gears?|teeth|ridges?)\b"
 )
-IS_TIME = re.compile(r"(?i)\W*x[ _-]?dimension\W+time\W*")  # of LabVIEW
+IS_TIME = re.compile(r"(?i)\W*x[ _-]?dimension(?:\W+time)+\W*")  # of LabVIEW
 SIGNS = re.compile(r"[#%!'/*]{4,}")  # a line of them takes long to search
 COUNTED = re.compile(
     r"(?i)(?:pixels?|points?|values|data|drop-?outs?|outliers|missing|lost|fehlend\w*|fehlstellen)\s*[:=;,\t|]?\s*[0-9]+$"

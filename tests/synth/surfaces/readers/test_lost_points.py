@@ -174,7 +174,7 @@ def test_a_record_of_a_profile_and_a_spreadsheet_are_named(tmp_path: Path) -> No
 
 @pytest.mark.parametrize("has_x", [True, False])
 def test_a_file_of_labview_over_time_asks_for_the_distance(tmp_path: Path, has_x: bool) -> None:
-    head = "LabVIEW Measurement\t\n***End_of_Header***\t\t\nX_Dimension\tTime\t\nX0\t0.0000000000000000E+0\t\n"
+    head = "LabVIEW Measurement\t\n***End_of_Header***\t\t\nX_Dimension\tTime\tTime\t\nX0\t0.0000000000000000E+0\t\n"
     head += "Delta_X\t0.005\t\n***End_of_Header***\t\t\nX_Value\tHeight\tComment\n"
     text = head + "".join(f"{0.005 * n if has_x else ''}\t{z}\t\n" for n, z in enumerate(HEIGHTS))
     with pytest.raises(InvalidRequest, match="pixel"):
