@@ -74,6 +74,25 @@ def test_a_heading_is_the_cosine_of_the_speed(finger: str, heading: str) -> None
     assert np.array_equal(values(finger, {"heading": angle, "y": "3 mm"}), wanted)
 
 
+@pytest.mark.parametrize("finger", ["comb", "fingertip"])
+def test_a_heading_of_a_turned_finger_is_the_cosine_of_the_speed_and_its_path(finger: str) -> None:
+    """A path over an area has no period: its file had tones at full level where every harmonic is above the band."""
+    speed, heading, direction, load = 0.08, 0.6, 0.5, 0.3
+    scan = {"heading": heading, "direction": direction, "y": "0.3 mm", "load": load}
+    found = values(finger, {"speed": speed, **scan})
+    assert np.array_equal(
+        found, values(finger, {"speed": speed * math.cos(heading), "direction": direction, "load": load})
+    )
+    way = np.array([math.cos(heading), math.sin(heading)]) * -speed
+    points = [[t, *(way * t), direction, load] for t in (0.0, 0.02, 0.04, 0.06)]
+    path = values(finger, {"trajectory": points}, output=OUTPUT | {"duration": 0.05})
+    inside = slice(80, 320)  # a recording begins and ends with a landing and a lift
+    assert np.max(np.abs(found - path)[inside], axis=0) == pytest.approx([0.0] * 3, abs=0.03 * np.ptp(found[:, 2]))
+    assert np.all(np.max(np.abs(found - path)[inside], axis=0) < 0.03 * np.ptp(found[inside], axis=0))
+    quiet = rw.render(document(finger, {"speed": 0.14, **scan}, output={"bandwidth": 100, "duration": 0.1}))
+    assert not quiet.values.any() and any("above the band" in text for text in quiet.plan.warnings)
+
+
 def test_a_heading_of_a_stroke_is_the_cosine_of_its_length_and_speed() -> None:
     stroke = {"length": "10 mm", "speed": "50 mm/s", "turn_time": "20 ms"}
     shorter = {"length": "5 mm", "speed": "25 mm/s", "turn_time": "20 ms"}
