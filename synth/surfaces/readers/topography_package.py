@@ -19,7 +19,7 @@ import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -134,6 +134,11 @@ def read(path: Path, ending: str) -> SurfaceFile:
             raise
         except Exception as error:  # a third-party parser can raise anything for a damaged file
             cause = cause or error
+    _refuse_unread(found, cause)
+
+
+def _refuse_unread(found: tuple[str, str] | None, cause: BaseException | None) -> NoReturn:
+    """Raise InvalidRequest for a file that its reader does not take; found: what is known of it."""
     allowed = "a whole file, with contents that SurfaceTopography reads"
     hint = "Copy it again. If it is whole, export it as text: of X3P, for example, areas are read and profiles are not."
     if found and found[1] == TABLE:
