@@ -132,16 +132,17 @@ class TangentialStage:
         scale, found = unit * float(np.max(np.abs(moved))) / PEAK, []
         if self.law.full_scale is not None or scale <= STILL:
             scale = unit
-        whole = self.solved.scene.scan.stroke is not None or len(moved) == self._frames()
+        whole = len(moved) == self._frames()
         for one, extent, error in zip(self.channels, extents.tolist(), errors.tolist(), strict=True):
             own = replace(one, extent=extent, error=error) if small else replace(one, error=max(one.error, error))
             found.append(replace(own, full_scale=scale, of_own_motion=whole))
         return replace(self, channels=tuple(found))
 
-    def _frames(self) -> int:
-        """Return the frames of the file."""
-        output = self.solved.scene.output
-        return max(1, round(output.duration * output.sample_rate))
+    def _frames(self, longest: float = math.inf) -> int:
+        """Return the frames of the file, of a stroke those of a period; longest: s."""
+        output, stroke = self.solved.scene.output, self.solved.scene.scan.stroke
+        seconds = min(output.duration, longest, math.inf if stroke is None else stroke.period)
+        return max(1, round(seconds * output.sample_rate))
 
     def _errors_along(self, plan: SimulationPlan, moved: Block) -> Array:
         """Return the error of each channel along the first part of the motion, in units of `moved`."""
@@ -158,12 +159,8 @@ class TangentialStage:
         longest: s.
         """
         scene, running = self.solved.scene, None if simulation is None else Running(simulation, self.signals)
-        stroke = scene.scan.stroke
-        if stroke is not None:
-            longest = min(longest, stroke.period)
         costly = running is not None or any(one.moving is not None for one in self.slopes)
-        seconds = min(scene.output.duration, longest, LONGEST_OWN if costly else math.inf)
-        frames = min(max(1, round(seconds * scene.output.sample_rate)), MOST_FRAMES)
+        frames = min(self._frames(min(longest, LONGEST_OWN if costly else math.inf)), MOST_FRAMES)
         found = np.zeros((frames, len(self.channels)), np.float32)
         state, motion = self.start(0), ScanMotion(scene)
         for first in range(0, len(found), TOGETHER):

@@ -75,24 +75,22 @@ def _place(column: Column) -> str:
 
 
 def check_counts(values: np.ndarray[Any, Any], columns: tuple[Column, ...]) -> None:
-    """Refuse heights along a line beside a column of counts or times that repeat: they are no line."""
+    """Refuse heights along a line beside a column of counts or times that repeat, or that have gaps."""
     for place, one in enumerate(columns):
-        steps = np.diff(values[:, place])
-        if np.all(np.isnan(values[:, place])):
+        if one.role != "index" or np.all(np.isnan(values[:, place])):
             continue  # LabVIEW names x where it writes none
-        if one.role == "index" and np.any(np.abs(steps - np.median(steps)) > UNEQUAL * np.abs(np.median(steps))):
-            repeats = len(np.unique(values[:, place])) < len(values)
-            if not repeats:
-                refuse_file(
-                    f"a column {one.name[:40]!r} in unequal steps",
-                    "a count or a time in equal steps",
-                    "Points are missing: write a line with nan for each, or remove the column.",
-                )
-        if one.role == "index" and len(np.unique(values[:, place])) < len(values):
+        steps = np.diff(values[:, place])
+        if len(np.unique(values[:, place])) < len(values):
             refuse_file(
                 f"a column {one.name[:40]!r} whose numbers repeat",
                 "a count or a time for each point of a line",
                 "If it numbers the rows of a grid, name the columns row, column and z.",
+            )
+        if np.any(np.abs(steps - np.median(steps)) > UNEQUAL * np.abs(np.median(steps))):
+            refuse_file(
+                f"a column {one.name[:40]!r} in unequal steps",
+                "a count or a time in equal steps",
+                "Points are missing: write a line with nan for each, or remove the column.",
             )
 
 
@@ -169,7 +167,7 @@ def are_traces(columns: tuple[Column, ...]) -> bool:
 def stated_step(header: Header) -> tuple[tuple[float, ...] | None, str | None]:
     """Return the distances between points that the header states, along x and y, and their unit, or None twice.
 
-    A unit of None beside a distance means the unit of the heights.
+    A unit of None beside a distance: the file states none for it.
     """
     key = next((key for key in ("step x", "step") if header.number(key)), None)
     if key is None:

@@ -32,14 +32,14 @@ def check_blocks(path: Path, codec: str, columns: int, above: int) -> None:
     lengths, equal, left, held = [0], [0], count(), 0
     with path.open(encoding=codec) as file:
         for line in dropwhile(lambda line: (bool(line.strip()) and next(left) < above) or not line.strip(), file):
-            if EMPTY_CELLS.fullmatch(line) and not MARKS.fullmatch(line):
-                held += 1
-                continue
             is_number = line[0] in "0123456789+-" or (re.search("[0-9]", line) and not COMMENT.match(line))
             if is_number or MARKS.fullmatch(line) or is_missing(line):
                 lengths[-1] += 1 + held
                 equal[-1] += 1 + held
                 held = 0
+                continue
+            if EMPTY_CELLS.fullmatch(line):  # a row of missing points, if others follow
+                held += 1
                 continue
             held = 0
             equal += [0] * bool(equal[-1] and (OF_BLOCK.search(line) or not COMMENT.match(line)))

@@ -302,7 +302,7 @@ def _axes(values: np.ndarray[Any, Any]) -> tuple[float, float] | None:
 def _sized(header: Header, rows: int, columns: int) -> tuple[tuple[float, ...] | None, str | None]:
     """Return the spacing of a grid that the header states, by steps or by sizes, and its unit, or None twice.
 
-    A unit of None beside a spacing means the unit of the heights.
+    A unit of None beside a spacing: the file states none for it.
     """
     spacing, unit = stated_step(header)
     width, height = header.number("width"), header.number("height")
